@@ -1,0 +1,1 @@
+"""Metrics, verdicts, the suite, the report and the command line. Imports the other three packages."""

@@ -1,0 +1,78 @@
+"""Does this machine have what lightgauge needs?"""
+
+import importlib.metadata
+import platform
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from scenes.errors import InputError, LightgaugeError
+
+PACKAGES = (
+    "lightgauge",
+    "mitsuba",
+    "drjit",
+    "moderngl",
+    "numpy",
+    "openexr",
+    "scikit-image",
+    "colour-science",
+    "trimesh",
+)
+
+
+@dataclass(frozen=True)
+class Finding:
+    what: str
+    detail: str
+    is_fine: bool
+
+
+def version_of(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def findings(store: Path) -> Iterator[Finding]:
+    """One finding a subject; each renderer is really started."""
+    yield Finding("platform", f"{platform.platform()}, Python {platform.python_version()}", True)
+    yield Finding("packages", ", ".join(f"{name} {version_of(name)}" for name in PACKAGES), True)
+    for what, look in (("OpenGL", _graphics), ("LLVM, Mitsuba", _mitsuba), ("store", lambda: _store(store))):
+        try:
+            yield Finding(what, look(), True)
+        except LightgaugeError as error:
+            yield Finding(what, str(error), False)
+
+
+def _graphics() -> str:
+    from realtime.context import make_context, renderer_name
+
+    context = make_context()
+    try:
+        return renderer_name(context)
+    finally:
+        context.release()
+
+
+def _mitsuba() -> str:
+    from reference.start import VARIANT, choose_llvm, mitsuba
+
+    mi = mitsuba()
+    mi.Float([1.0, 2.0]).numpy()
+    return f"{VARIANT} with {choose_llvm().name}"
+
+
+def _store(root: Path) -> str:
+    probe = root / ".doctor"
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        probe.write_text("x")
+        probe.unlink()
+    except OSError as error:
+        raise InputError(
+            f"'{root}' cannot be written to ({error.strerror}). Name another folder with --store."
+        ) from error
+    size = sum(path.stat().st_size for path in root.rglob("*") if path.is_file())
+    return f"{root}, {size / 1e6:.0f} MB"

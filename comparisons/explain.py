@@ -1,0 +1,46 @@
+"""What would run for a scene and what would not, in words, without rendering anything."""
+
+from collections.abc import Iterator
+
+from comparisons.parity import checks_of
+from comparisons.suite import id_of
+from realtime.render import plan_of
+from realtime.techniques import technique
+from reference.quantities import quantity
+from scenes.features import features_of
+from scenes.geometry import geometry_of
+from scenes.model import Criterion, Scene
+
+
+def explanation(scene: Scene) -> Iterator[str]:
+    """Lines of text: the scene, its features, and for each check its passes, skips, integrator and budget."""
+    sensor = scene.sensor
+    yield f"{scene.name}: {scene.title}"
+    if scene.description:
+        yield f"  {scene.description}"
+    yield f"  sensor    {sensor.type}, {sensor.width} x {sensor.height}, {sensor.fov_deg:g} deg along {sensor.fov_axis}"
+    yield f"  subject   {', '.join(scene.subject)}"
+    meshes = geometry_of(scene)
+    triangles = sum(len(m.surface.faces) for m in meshes)
+    yield f"  geometry  {len(meshes)} meshes, {triangles} triangles"
+    features = features_of(scene, meshes)
+    present = [name for name in vars(features) if getattr(features, name) is True]
+    yield f"  features  {', '.join(name.replace('_', ' ') for name in present) or 'none'}"
+    for check in checks_of(scene):
+        used = technique(check.technique)
+        plan = plan_of(used, scene, dict(check.settings))
+        integrator = quantity(check.quantity).integrator(scene)
+        yield ""
+        yield f"  {id_of(check)} approximates {check.quantity}"
+        yield f"    truth    {integrator.name}: {integrator.why}"
+        yield f"    passes   {' > '.join(step.name for step in plan.passes)}"
+        for skip in plan.skipped:
+            yield f"    skipped  {skip.what}: {skip.why}"
+        for criterion in check.criteria:
+            yield f"    budget   {bounds_of(criterion)}: {criterion.reason}"
+
+
+def bounds_of(criterion: Criterion) -> str:
+    least = f"{criterion.min:g} <= " if criterion.min is not None else ""
+    most = f" <= {criterion.max:g}" if criterion.max is not None else ""
+    return f"{least}{criterion.metric}{most}"

@@ -1,0 +1,100 @@
+"""The registry of metrics: each takes an image and the truth, and returns an estimate with its interval.
+
+To add one: write its module, add its line to `METRICS`, test it on published or closed-form values.
+"""
+
+import difflib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparisons.metrics.abs_difference import max_abs, p99_abs
+from comparisons.metrics.delta_e_itp import delta_e_itp
+from comparisons.metrics.dssim import dssim_tonemapped
+from comparisons.metrics.energy_bias import energy_bias
+from comparisons.metrics.flip import flip
+from comparisons.metrics.nrmse import nrmse
+from comparisons.metrics.rel_mse import rel_mse
+from comparisons.metrics.rms import rel_rms, rms
+from comparisons.metrics.sample import Estimate, Samples
+from comparisons.metrics.shift_px import shift_px
+from scenes.errors import ImageError, InputError
+from scenes.image import Float64
+
+__all__ = ["METRICS", "Estimate", "Metric", "Samples", "check_image", "evaluate", "metric_named"]
+
+
+@dataclass(frozen=True)
+class Metric:
+    """`unit` is "1" for a ratio, "quantity" for the unit of what is judged."""
+
+    name: str
+    unit: str
+    summary: str
+    function: Callable[[Float64, Samples], Estimate]
+
+
+METRICS = {
+    metric.name: metric
+    for metric in (
+        Metric("nrmse", "1", "root mean square error over the truth's mean, noise removed", nrmse),
+        Metric("rel_mse_eps1e-2", "1", "mean squared error relative to each pixel's truth, noise removed", rel_mse),
+        Metric("energy_bias", "1", "mean over the truth's mean, minus one: above 0 is too bright", energy_bias),
+        Metric("flip", "1", "mean FLIP error of the tone-mapped images", flip),
+        Metric("dssim_tonemapped", "1", "one minus SSIM of the tone-mapped images", dssim_tonemapped),
+        Metric("delta_e_itp", "JND", "mean HDR colour difference, display white at 203 cd/m²", delta_e_itp),
+        Metric("shift_px", "px", "length of the translation that aligns the images", shift_px),
+        Metric("rms", "quantity", "root mean square difference from an exact truth", rms),
+        Metric("rel_rms", "1", "root mean square difference over the root mean square of an exact truth", rel_rms),
+        Metric("p99_abs", "quantity", "99th percentile of the absolute difference from an exact truth", p99_abs),
+        Metric("max_abs", "quantity", "largest absolute difference from an exact truth", max_abs),
+    )
+}
+
+
+def metric_named(name: str) -> Metric:
+    """The metric of that exact name; an unknown one raises an InputError that lists all, the closest first."""
+    if name in METRICS:
+        return METRICS[name]
+    close = difflib.get_close_matches(name, METRICS, n=len(METRICS), cutoff=0.5)
+    ordered = [*close, *(other for other in METRICS if other not in close)]
+    raise InputError(f"unknown metric '{name}'; allowed are {', '.join(ordered)}: use one of these names.")
+
+
+def check_image(image_test: NDArray[Any], samples: Samples) -> Float64:
+    """The image as float64 if it can be judged against the truth; values outside the mask that are not finite become 0.
+
+    Raises
+    ------
+    ImageError
+        The shape or the number of channels differs from the truth's, or a judged value is NaN or infinite.
+    """
+    expected = samples.accumulators.shape[1:]
+    if image_test.ndim != 3 or image_test.shape[:2] != expected[:2]:
+        raise ImageError(
+            f"the image has shape {image_test.shape}; the truth has {expected} (height, width, channels): render both "
+            "at the scene's resolution."
+        )
+    if image_test.shape[2] != expected[2]:
+        raise ImageError(
+            f"the image has {image_test.shape[2]} channels; the truth has {expected[2]}: compare images of the same "
+            "quantity, without alpha."
+        )
+    image = np.asarray(image_test, dtype=np.float64)
+    finite = np.isfinite(image)
+    bad = int(np.count_nonzero(~finite[samples.mask].all(axis=1)))
+    if bad:
+        raise ImageError(
+            f"{bad} of {int(np.count_nonzero(samples.mask))} judged pixels of the image are NaN or infinite; only "
+            "finite values are allowed: mend the technique, such an image is not judged."
+        )
+    return np.where(finite, image, 0.0)
+
+
+def evaluate(name: str, image_test: NDArray[Any], samples: Samples) -> Estimate:
+    """Judge an image (H, W, C), linear and scene-referred, by the metric of that name."""
+    metric = metric_named(name)
+    return metric.function(check_image(image_test, samples), samples)

@@ -1,0 +1,39 @@
+"""FLIP: the difference a viewer sees when flipping between two images."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparisons.metrics.bracket import bracket
+from comparisons.metrics.sample import Estimate, Samples, require_rgb
+from comparisons.tonemap import exposure_for, to_display
+from scenes.image import Float64
+
+
+def flip(image_test: Float64, samples: Samples) -> Estimate:
+    """Mean of the LDR FLIP map over the judged pixels, both images tone-mapped with the truth's exposure.
+
+    Andersson et al., 2020, "FLIP: A difference evaluator for alternating images", at its default 67 pixels per degree.
+
+    Parameters
+    ----------
+    image_test : (H, W, 3), linear Rec. 709.
+    samples : the truth, 3 channels.
+
+    Returns
+    -------
+    0 (no visible difference) to 1. Pixels outside the mask are black in both images.
+    """
+    require_rgb(samples, "flip")
+    exposure = exposure_for(samples.mean, samples.mask)
+    test = to_display(np.where(samples.mask[..., None], image_test, 0.0), exposure)
+    return bracket(lambda truth: float(flip_map(to_display(truth, exposure), test)[samples.mask].mean()), samples)
+
+
+def flip_map(display_true: Float64, display_test: Float64) -> NDArray[np.float32]:
+    """(H, W) FLIP error of two images (H, W, 3) of sRGB code values in [0, 1]."""
+    from flip_evaluator import evaluate
+
+    true, test = (np.ascontiguousarray(image, dtype=np.float32) for image in (display_true, display_test))
+    error_map, _, _ = evaluate(true, test, "LDR", inputsRGB=True, applyMagma=False)
+    errors: NDArray[np.float32] = error_map[..., 0]
+    return errors

@@ -1,0 +1,147 @@
+"""By how many pixels one image is moved against another."""
+
+import numpy as np
+
+from comparisons.metrics.sample import Estimate, Samples, require_exact
+from scenes.errors import ImageError
+from scenes.image import Bool, Float64
+
+# The neighbours that the four taps of the interpolation reach: across an edge lies something else.
+MARGIN_PIXELS = 2
+# Second difference over the typical slope. A hard edge has 2 or more, a wave of six pixels or longer at most 1.
+MAX_BEND = 1.0
+MIN_PIXELS = 16
+# Weakest against strongest direction of squared gradients. Float32 images of a plane reach about 1e-10 through
+# rounding.
+MIN_STRUCTURE = 1e-6
+# Between the gradients of the aligned images. Copies have 1, a mirrored or flipped image about 0.
+MIN_CORRELATION = 0.7
+MAX_STEPS = 30
+CONVERGED_PIXELS = 1e-6
+
+
+def shift_px(image_test: Float64, samples: Samples) -> Estimate:
+    """Length of the one translation that best aligns the images, in pixels.
+
+    Lucas and Kanade, 1981, "An iterative image registration technique with an application to stereo vision", with the
+    truth's gradients at every step. Only pixels away from hard edges count: an edge pixel either flips or does not,
+    which tells nothing about a hundredth of a pixel.
+
+    Parameters
+    ----------
+    image_test : (H, W, C)
+    samples : the truth, exact, any number of channels. It must vary smoothly in two directions, else no shift can be
+    told.
+
+    Returns
+    -------
+    Pixels. If no shift aligns the images (mirrored, flipped, unrelated, moved by very much), the image's diagonal,
+    which is larger than any shift between images that overlap, with a note.
+    """
+    require_exact(samples, "shift_px")
+    truth = samples.mean
+    gradients = _gradients(truth)
+    interior = _interior(truth, gradients, samples.mask)
+    _require_structure(gradients[:, interior], float(np.abs(truth[interior]).max()))
+    diagonal = float(np.hypot(*samples.mask.shape))
+    shift = _align(image_test, truth, gradients, interior)
+    correlation = -1.0
+    if np.hypot(*shift) < diagonal / 4:
+        used = interior & _in_frame(samples.mask.shape, shift)
+        correlation = _correlation(gradients[:, used], _gradients(_moved(image_test, shift))[:, used])
+    if correlation < MIN_CORRELATION:
+        return Estimate.exact(
+            diagonal, note="no shift aligns the images: one is mirrored, flipped, blank or of something else"
+        )
+    return Estimate.exact(float(np.hypot(*shift)))
+
+
+def _align(image_test: Float64, truth: Float64, gradients: Float64, interior: Bool) -> Float64:
+    """The shift t (rows, columns) for which test(p + t) is closest to truth(p), or where the search left the image."""
+    shift = np.zeros(2)
+    for _ in range(MAX_STEPS):
+        used = interior & _in_frame(interior.shape, shift)
+        if np.count_nonzero(used) < MIN_PIXELS:
+            break
+        slopes = gradients[:, used].reshape(2, -1)
+        residual = (_moved(image_test, shift) - truth)[used].ravel()
+        step = np.linalg.lstsq(slopes @ slopes.T, slopes @ residual, rcond=None)[0]
+        shift = shift - step
+        if np.hypot(*step) < CONVERGED_PIXELS or np.hypot(*shift) > np.hypot(*interior.shape):
+            break
+    return shift
+
+
+def _moved(image: Float64, shift: Float64) -> Float64:
+    """image(p + shift), by cubic Lagrange interpolation through four pixels along rows, then columns."""
+    for axis in (0, 1):
+        whole = int(np.floor(shift[axis]))
+        u = shift[axis] - whole
+        taps = (
+            -u * (u - 1) * (u - 2) / 6,
+            (u + 1) * (u - 1) * (u - 2) / 2,
+            -(u + 1) * u * (u - 2) / 2,
+            (u + 1) * u * (u - 1) / 6,
+        )
+        last = image.shape[axis] - 1
+        pixels = np.arange(last + 1) + whole
+        neighbours = [np.take(image, np.clip(pixels + offset, 0, last), axis) for offset in (-1, 0, 1, 2)]
+        image = np.tensordot(taps, np.stack(neighbours), axes=1)
+    return image
+
+
+def _gradients(image: Float64) -> Float64:
+    """(2, H, W, C), central differences along rows and columns."""
+    return np.stack([np.gradient(image, axis=0), np.gradient(image, axis=1)])
+
+
+def _interior(truth: Float64, gradients: Float64, mask: Bool) -> Bool:
+    """The pixels of the mask away from its border and from hard edges of the truth."""
+    from scipy.ndimage import binary_erosion
+
+    square = np.ones((3, 3))
+    inner = binary_erosion(mask, square)
+    slope = np.sqrt(np.mean(gradients[:, inner] ** 2)) if inner.any() else 0.0
+    bends = [np.abs(_second_difference(truth, axis)) > MAX_BEND * slope for axis in (0, 1)]
+    is_edge = inner & np.any(bends, axis=(0, 3))
+    interior: Bool = binary_erosion(mask & ~is_edge, square, iterations=MARGIN_PIXELS)
+    count = int(np.count_nonzero(interior))
+    if count < MIN_PIXELS:
+        raise ImageError(
+            f"shift_px needs {MIN_PIXELS} pixels that lie {MARGIN_PIXELS} pixels inside the mask and away from hard "
+            f"edges; there are {count}: render the subject larger."
+        )
+    return interior
+
+
+def _second_difference(image: Float64, axis: int) -> Float64:
+    """f(p - 1) - 2 f(p) + f(p + 1) along an axis of an image (H, W, C); 0 at its border."""
+    bend = np.zeros_like(image)
+    inner = [slice(None)] * 3
+    inner[axis] = slice(1, -1)
+    bend[tuple(inner)] = np.diff(image, 2, axis=axis)
+    return bend
+
+
+def _in_frame(shape: tuple[int, ...], shift: Float64) -> Bool:
+    """(H, W), the pixels p for which p + shift lies in the image."""
+    rows, columns = (np.arange(size) + offset for size, offset in zip(shape, shift, strict=True))
+    inside: Bool = ((rows >= 1) & (rows <= shape[0] - 2))[:, None] & (columns >= 1) & (columns <= shape[1] - 2)
+    return inside
+
+
+def _require_structure(gradients: Float64, magnitude: float) -> None:
+    """Refuse a truth (2, P, C) of slopes, with values up to `magnitude`, that determines no shift."""
+    slopes = gradients.reshape(2, -1)
+    weakest, strongest = np.linalg.eigvalsh(slopes @ slopes.T / slopes.shape[1])
+    if strongest <= (MIN_STRUCTURE * magnitude) ** 2 or weakest <= MIN_STRUCTURE * strongest:
+        raise ImageError(
+            "shift_px cannot tell a shift: away from hard edges the truth is constant, or varies in one direction "
+            "only. It must vary in two: judge a subject with a curved or bumpy surface."
+        )
+
+
+def _correlation(first: Float64, second: Float64) -> float:
+    """Cosine of the angle between two sets of slopes; 0 if one of them is all zero."""
+    scale = float(np.sqrt(np.sum(first**2) * np.sum(second**2)))
+    return float(np.sum(first * second)) / scale if scale > 0 else 0.0

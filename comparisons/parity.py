@@ -1,0 +1,47 @@
+"""Parity: do both sides see the same scene? Judged for every scene before any of its radiance is."""
+
+from scenes.model import Check, Criterion, Scene
+
+_GRID = "both sides average the same 8 x 8 positions a pixel; what is left are samples that fall on an edge"
+
+PARITY = (
+    Check(
+        quantity="normal",
+        technique="raster.normal",
+        criteria=(
+            Criterion(metric="shift_px", max=0.01, reason="a hundredth of a pixel moves no radiance that matters"),
+            Criterion(metric="rms", max=0.01, reason=_GRID),
+        ),
+    ),
+    Check(
+        quantity="depth",
+        technique="raster.depth",
+        criteria=(
+            Criterion(metric="shift_px", max=0.01, reason="a hundredth of a pixel moves no radiance that matters"),
+            Criterion(metric="rel_rms", max=0.005, reason=_GRID),
+        ),
+    ),
+    Check(
+        quantity="coverage",
+        technique="raster.coverage",
+        criteria=(Criterion(metric="rms", max=0.01, reason=_GRID),),
+    ),
+    Check(
+        quantity="albedo",
+        technique="raster.albedo",
+        criteria=(
+            Criterion(
+                metric="rms", max=0.01, reason="materials, textures and their decoding must agree; edges as above"
+            ),
+        ),
+    ),
+)
+
+QUANTITIES = frozenset(check.quantity for check in PARITY)
+
+
+def checks_of(scene: Scene) -> tuple[Check, ...]:
+    """All checks of a scene, parity first; a parity check that the scene spells out itself replaces the standard one."""
+    own = {(c.quantity, c.technique): c for c in scene.checks if c.quantity in QUANTITIES}
+    parity = [own.pop((c.quantity, c.technique), c) for c in PARITY]
+    return (*parity, *own.values(), *(c for c in scene.checks if c.quantity not in QUANTITIES))

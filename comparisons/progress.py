@@ -1,0 +1,73 @@
+"""Progress for people: a bar on a terminal, plain lines elsewhere. Returns text and callbacks; prints through its writer."""
+
+import sys
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from types import TracebackType
+from typing import Any
+
+from comparisons.result import CheckResult
+from comparisons.suite import Progress
+
+PLAIN_EVERY_SECONDS = 10.0
+"""How often a long step says so where there is no terminal."""
+
+
+class Display(AbstractContextManager["Display"]):
+    """Shows `total` checks being finished. Use `progress` as the suite's callbacks within the `with` block."""
+
+    def __init__(self, total: int, line_of: Callable[[CheckResult], str], write: Callable[[str], None]) -> None:
+        self.total = total
+        self.done = 0
+        self._line_of = line_of
+        self._write = write
+        self._bar: Any = None
+        self._task: Any = None
+        self._last = time.monotonic()
+
+    @property
+    def progress(self) -> Progress:
+        return Progress(self._step, self._finished)
+
+    def __enter__(self) -> "Display":
+        if sys.stderr.isatty():
+            from rich.console import Console
+            from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+            from rich.progress import Progress as Bar
+
+            columns = (
+                MofNCompleteColumn(),
+                BarColumn(),
+                TimeElapsedColumn(),
+                TextColumn("{task.description}", markup=False),
+            )
+            self._bar = Bar(*columns, console=Console(stderr=True), transient=True)
+            self._task = self._bar.add_task("", total=self.total)
+            self._bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def _step(self, what: str, fraction: float) -> None:
+        if self._bar is not None:
+            self._bar.update(self._task, completed=self.done + min(fraction, 0.99), description=what)
+            return
+        now = time.monotonic()
+        if now - self._last >= PLAIN_EVERY_SECONDS:
+            self._last = now
+            self._write(f"[{self.done}/{self.total}] {what}, {fraction:.0%}")
+
+    def _finished(self, result: CheckResult) -> None:
+        self.done += 1
+        self._last = time.monotonic()
+        line = f"[{self.done}/{self.total}] {self._line_of(result)}"
+        if self._bar is not None:
+            self._bar.update(self._task, completed=self.done)
+            self._bar.console.print(line, markup=False, highlight=False)
+        else:
+            self._write(line)

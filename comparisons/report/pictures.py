@@ -1,0 +1,148 @@
+"""The pictures of a check: both images made visible, and where they differ."""
+
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.errors import ImageError
+from scenes.image import Bool, Float32, Float64
+
+Display = Literal["radiance", "normal", "unit", "depth"]
+Bytes = NDArray[np.uint8]
+
+# Cynthia Brewer, ColorBrewer 2.0, "RdBu", 5 classes, reversed: safe for colour-blind readers.
+DIVERGING = ("#0571b0", "#92c5de", "#f7f7f7", "#f4a582", "#ca0020")
+NOT_JUDGED = "#3a3a3a"
+NOT_A_NUMBER = "#ff00ff"
+
+_DISPLAY_OF: dict[str, Display] = {
+    "depth": "depth",
+    "normal": "normal",
+    "coverage": "unit",
+    "albedo": "unit",
+}
+
+
+def display_of(quantity: str) -> Display:
+    """How a quantity is made visible; everything that is not listed is radiance."""
+    return _DISPLAY_OF.get(quantity, "radiance")
+
+
+def write_pictures(
+    folder: Path,
+    stem: str,
+    test: Float32,
+    truth: Float32,
+    mask: Bool,
+    exposure: float,
+    error_scale: float,
+    display: Display = "radiance",
+) -> dict[str, str]:
+    """Write `images/STEM-realtime.png`, `-truth.png` and `-error.png` under `folder`, one picture pixel an image pixel.
+
+    Parameters
+    ----------
+    folder : Path
+        The report's folder.
+    stem : str
+        A file name without folders, different for each check.
+    test, truth : (H, W, C) float32
+        Linear values of the quantity, row 0 at the top, C = 1 or 3.
+    mask : (H, W) bool
+        The pixels that are judged.
+    exposure : float
+        Factor before tone mapping (radiance), or 1 / the depth that is shown white (depth). Not used otherwise.
+    error_scale : float
+        The error, in the unit of the quantity, that gets the colour map's outermost colours.
+    display : Display
+        How values become visible: see `visible`.
+
+    Returns
+    -------
+    dict of str
+        `realtime`, `truth` and `error`: paths relative to `folder`.
+
+    Raises
+    ------
+    ImageError
+        Shapes that do not fit together, or a scale that is not positive.
+    """
+    _validate(test, truth, mask, error_scale)
+    pictures = {
+        "realtime": _bytes(visible(test, exposure, display), mask),
+        "truth": _bytes(visible(truth, exposure, display), mask),
+        "error": error_map(test, truth, mask, error_scale),
+    }
+    (folder / "images").mkdir(parents=True, exist_ok=True)
+    paths = {name: f"images/{stem}-{name}.png" for name in pictures}
+    for name, pixels in pictures.items():
+        _save(folder / paths[name], pixels)
+    return paths
+
+
+def visible(pixels: Float32, exposure: float, display: Display) -> Float64:
+    """Map values of a quantity to display values in [0, 1], (H, W, C); what is not a number stays so.
+
+    radiance: exposed, tone-mapped and sRGB-encoded; normal: (n + 1) / 2; unit: as it is; depth: times `exposure`.
+    """
+    if display == "radiance":
+        from comparisons.tonemap import to_display
+
+        finite = np.isfinite(pixels)
+        return np.where(finite, to_display(np.where(finite, pixels, 0), exposure), np.nan)
+    scale, offset = {"normal": (0.5, 0.5), "unit": (1.0, 0.0), "depth": (exposure, 0.0)}[display]
+    return np.clip(pixels.astype(np.float64) * scale + offset, 0, 1)
+
+
+def error_map(test: Float32, truth: Float32, mask: Bool, error_scale: float) -> Bytes:
+    """Colour the channel mean of `test - truth`: blue is too dark, white is right, red is too bright, (H, W, 3) bytes.
+
+    The colours span +-`error_scale` and clip outside. Unjudged pixels are dark grey, those without a value magenta.
+    """
+    with np.errstate(invalid="ignore"):
+        error = (test.astype(np.float64) - truth.astype(np.float64)).mean(axis=2)
+    stops = np.array([_rgb(colour) for colour in DIVERGING], dtype=np.float64)
+    positions = np.linspace(-error_scale, error_scale, len(stops))
+    coloured = np.stack([np.interp(error, positions, stops[:, channel]) for channel in range(3)], axis=2)
+    coloured[~np.isfinite(error)] = _rgb(NOT_A_NUMBER)
+    coloured[~mask] = _rgb(NOT_JUDGED)
+    return _quantised(coloured)
+
+
+def _bytes(shown: Float64, mask: Bool) -> Bytes:
+    """Quantise display values; a pixel without a value is magenta where it is judged and grey elsewhere."""
+    rgb = 255 * np.repeat(shown, 3 // shown.shape[2], axis=2)
+    undefined = np.logical_or.reduce(np.isnan(rgb), axis=2)
+    rgb[undefined & mask] = _rgb(NOT_A_NUMBER)
+    rgb[undefined & ~mask] = _rgb(NOT_JUDGED)
+    return _quantised(rgb)
+
+
+def _quantised(values: Float64) -> Bytes:
+    quantised: Bytes = np.rint(values).astype(np.uint8)
+    return quantised
+
+
+def _rgb(colour: str) -> tuple[int, int, int]:
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+def _validate(test: Float32, truth: Float32, mask: Bool, error_scale: float) -> None:
+    if test.ndim != 3 or test.shape[2] not in (1, 3) or test.shape != truth.shape or mask.shape != test.shape[:2]:
+        raise ImageError(
+            "The pictures of a check need two images (H, W, 1 or 3) of one size and a mask (H, W), but got "
+            f"{test.shape}, {truth.shape} and {mask.shape}. Render both sides with the same sensor."
+        )
+    if not error_scale > 0:
+        raise ImageError(
+            f"The scale of an error map must be positive, but is {error_scale:g}. It follows from the budget and the "
+            "truth's mean: check that the truth is not black and that the criterion allows some error."
+        )
+
+
+def _save(path: Path, pixels: Bytes) -> None:
+    from PIL import Image as Picture
+
+    Picture.fromarray(pixels).save(path, optimize=True)

@@ -1,0 +1,291 @@
+"""What the page says, worked out from the results of a run: the template only places these texts and lengths."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from comparisons.report.numbers import (
+    NARROW_SPACE,
+    UNBROKEN,
+    format_bound,
+    format_interval,
+    format_metric,
+    format_number,
+    format_seconds,
+)
+from comparisons.report.pictures import display_of
+from scenes.errors import InputError
+
+SCHEMA = 1
+PARITY = frozenset({"depth", "normal", "coverage", "albedo"})
+SEVERITY = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3}
+GLYPHS = {"ERROR": "!", "FAIL": "✕", "INCONCLUSIVE": "?", "PASS": "✓"}
+
+BAR_LENGTH = 96
+BAR_BUDGET = 64
+
+Results = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Bar:
+    """An error against its budget, in the units of the drawing; the budget stands at `BAR_BUDGET`."""
+
+    value: float
+    low: float
+    high: float
+    label: str
+    overflow: str
+
+
+@dataclass(frozen=True)
+class CriterionView:
+    """One criterion in words; `use` is the share of the budget that the error takes, above 1 when it exceeds it."""
+
+    metric: str
+    value: str
+    interval: str
+    bound: str
+    verdict: str
+    reason: str
+    note: str
+    use: float | None
+    bar: Bar | None
+
+
+@dataclass(frozen=True)
+class CheckView:
+    """One check in words. `raw` are its results as they stand."""
+
+    anchor: str
+    raw: Results
+    verdict: str
+    parity: bool
+    criteria: tuple[CriterionView, ...]
+    headline: CriterionView | None
+    settings: str
+    adjustment: str
+    shown: str
+    scale: str
+    below: str
+    above: str
+    limits: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Page:
+    sentence: str
+    rest: str
+    verdict: str
+    counts: tuple[tuple[str, int], ...]
+    checks: tuple[CheckView, ...]
+    parity: tuple[CheckView, ...]
+    store_note: str
+    summary: tuple[str, ...]
+    environment: Mapping[str, str]
+
+
+def page_of(results: Results) -> Page:
+    """Everything the report shows, worst verdict first.
+
+    Raises
+    ------
+    InputError
+        `results` has another schema, or lacks what a check cannot do without.
+    """
+    if results.get("schema") != SCHEMA:
+        raise InputError(
+            f"These results have schema {results.get('schema')!r}, but this version reads schema {SCHEMA}. "
+            "Run the checks again to get results that it can show."
+        )
+    views = [_check_of(number, raw) for number, raw in enumerate(results.get("checks") or [], start=1)]
+    views.sort(key=lambda view: SEVERITY[view.verdict])
+    counts = {verdict: sum(view.verdict == verdict for view in views) for verdict in SEVERITY}
+    return Page(
+        sentence=sentence_of(views),
+        rest=_rest_of(counts),
+        verdict=next((verdict for verdict in ("FAIL", *SEVERITY) if counts[verdict]), "INCONCLUSIVE"),
+        counts=tuple((verdict, count) for verdict, count in counts.items() if count),
+        checks=tuple(view for view in views if not view.parity),
+        parity=tuple(view for view in views if view.parity),
+        store_note=results.get("store_note") or "",
+        summary=_summary(results),
+        environment={key: str(value) for key, value in (results.get("environment") or {}).items() if value is not None},
+    )
+
+
+def sentence_of(views: Sequence[CheckView]) -> str:
+    """The verdict of a run in one breath: how many checks hold, and the one to look at first."""
+    if not views:
+        return "No check was run, so nothing is known."
+    failing = [view for view in views if view.verdict == "FAIL"]
+    passing = [view for view in views if view.verdict == "PASS"]
+    total = f"{len(views)} check{'' if len(views) == 1 else 's'}"
+    if failing:
+        verb = "exceeds its" if len(failing) == 1 else "exceed their"
+        return f"{len(failing)} of {total} {verb} budget: worst is {_extreme(failing)}."
+    if len(passing) < len(views):
+        return f"{len(passing)} of {total} {'holds its' if len(passing) == 1 else 'hold their'} budget."
+    if len(views) == 1:
+        return f"The only check holds its budget: {_extreme(views)}."
+    return f"All {total} hold their budgets; closest to its budget: {_extreme(views)}."
+
+
+def _rest_of(counts: Mapping[str, int]) -> str:
+    texts = []
+    if undecided := counts["INCONCLUSIVE"]:
+        verb = "is" if undecided == 1 else "are"
+        texts.append(f"{undecided} {verb} undecided: the truth is not certain enough for the budget.")
+    if broken := counts["ERROR"]:
+        texts.append(f"{broken} could not be judged.")
+    return " ".join(texts)
+
+
+def budget_use(value: float | None, low: float | None, high: float | None) -> float | None:
+    """The share of its budget that an error takes: 0 is perfect, 1 is the bound, more exceeds it.
+
+    Two bounds: the distance from their middle over half their distance. An upper bound: value / bound. A lower bound
+    below 1 is that of a similarity, whose ideal is 1: (1 - value) / (1 - bound); other lower bounds: bound / value.
+    None where this has no meaning, such as a bound of zero.
+    """
+    if value is None or not math.isfinite(value) or (low is None and high is None):
+        return None
+    if low is not None and high is not None:
+        return abs(value - (low + high) / 2) / ((high - low) / 2) if high > low else None
+    if high is not None:
+        return max(0.0, value / high) if high > 0 else None
+    assert low is not None
+    if low < 1:
+        return max(0.0, (1 - value) / (1 - low))
+    return low / value if value > 0 else None
+
+
+def _extreme(views: Sequence[CheckView]) -> str:
+    """Name the check that takes most of its budget, among the radiance checks where there are any."""
+    judged = [view for view in views if not view.parity] or views
+    worst = max(judged, key=lambda view: _use_of(view.headline))
+    how = ", ".join(part for part in (worst.settings, "exposure fitted" if worst.adjustment else "") if part)
+    name = f"{worst.raw['scene']} with {worst.raw['technique']}{f' ({how})' if how else ''}"
+    if worst.headline is None:
+        return name
+    return f"{name}, {worst.headline.metric} {worst.headline.value} against {worst.headline.bound}"
+
+
+def _use_of(criterion: CriterionView | None) -> float:
+    return -1.0 if criterion is None or criterion.use is None else criterion.use
+
+
+def _check_of(number: int, raw: Results) -> CheckView:
+    missing = [key for key in ("id", "scene", "technique", "quantity", "verdict") if raw.get(key) is None]
+    if missing or raw.get("verdict") not in SEVERITY:
+        raise InputError(
+            f"Check {number} of these results lacks {', '.join(missing) or 'a known verdict'}; a check needs an id, a "
+            f"scene, a technique, a quantity, and a verdict out of {', '.join(SEVERITY)}. Run the checks again."
+        )
+    criteria = tuple(_criterion_of(criterion, raw.get("unit") or "") for criterion in raw.get("criteria") or [])
+    limits = (raw.get("card") or {}).get("limits") or ()
+    radiance = display_of(raw["quantity"]) == "radiance"
+    return CheckView(
+        anchor=f"check-{number}",
+        raw=raw,
+        verdict=raw["verdict"],
+        parity=raw["quantity"] in PARITY,
+        criteria=criteria,
+        headline=_headline(raw["verdict"], criteria),
+        settings=", ".join(
+            f"{key}{UNBROKEN}={UNBROKEN}{_setting(value)}" for key, value in (raw.get("settings") or {}).items()
+        ),
+        adjustment=f"fitted exposure × {format_number(raw.get('exposure'))}" if raw.get("fit_exposure") else "",
+        shown=_shown(raw),
+        scale=format_number(raw.get("error_scale"), trim=True),
+        below="too dark" if radiance else "too small",
+        above="too bright" if radiance else "too large",
+        limits=(limits,) if isinstance(limits, str) else tuple(limits),
+    )
+
+
+def _headline(verdict: str, criteria: Sequence[CriterionView]) -> CriterionView | None:
+    """The criterion that decides: of those with the check's verdict, the one that takes most of its budget."""
+    deciding = [criterion for criterion in criteria if criterion.verdict == verdict] or list(criteria)
+    return max(deciding, key=_use_of, default=None)
+
+
+def _criterion_of(raw: Results, unit: str) -> CriterionView:
+    metric, low, high = raw["metric"], raw.get("min"), raw.get("max")
+    return CriterionView(
+        metric=metric,
+        value=format_metric(metric, raw.get("value"), unit),
+        interval=format_interval(metric, raw.get("low"), raw.get("high")),
+        bound=format_bound(metric, low, high, unit),
+        verdict=raw["verdict"],
+        reason=raw.get("reason") or "",
+        note=raw.get("note") or "",
+        use=budget_use(raw.get("value"), low, high),
+        bar=_bar(raw),
+    )
+
+
+def _bar(raw: Results) -> Bar | None:
+    low, high = raw.get("min"), raw.get("max")
+    use = budget_use(raw.get("value"), low, high)
+    if use is None:
+        return None
+    measured = [budget_use(end, low, high) for end in (raw.get("low"), raw.get("high"))]
+    ends = sorted(use if end is None else end for end in measured)
+    if low is not None and high is not None and _straddles(raw, (low + high) / 2):
+        ends[0] = 0.0
+    spread = f", interval {_percent(ends[0])} to {_percent(ends[1])}" if ends[0] < ends[1] else ""
+    return Bar(
+        value=_length(use),
+        low=_length(ends[0]),
+        high=_length(ends[1]),
+        label=f"The error takes {_percent(use)} of its budget{spread}.",
+        overflow=f"{format_number(use)}×" if use * BAR_BUDGET > BAR_LENGTH else "",
+    )
+
+
+def _straddles(raw: Results, middle: float) -> bool:
+    low, high = raw.get("low"), raw.get("high")
+    return low is not None and high is not None and low < middle < high
+
+
+def _length(use: float) -> float:
+    return round(min(use * BAR_BUDGET, BAR_LENGTH), 2)
+
+
+def _percent(share: float) -> str:
+    return f"{format_number(100 * share)}{NARROW_SPACE}%"
+
+
+def _shown(raw: Results) -> str:
+    """How the pictures of a check were made visible, in words."""
+    exposure = raw.get("exposure_display")
+    display = display_of(raw["quantity"])
+    if display == "normal":
+        return "Normals shown as (n + 1) / 2."
+    if display == "unit":
+        return "Black is 0, white is 1."
+    if display == "depth":
+        white = format_number(1 / exposure if exposure else None, trim=True)
+        return f"Black is 0, white is {white} {raw.get('unit') or 'scene units'}."
+    return f"Tone-mapped for display at exposure × {format_number(exposure)}; the metrics see linear values."
+
+
+def _setting(value: bool | int | float | str) -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return value if isinstance(value, str) else f"{value:g}"
+
+
+def _summary(results: Results) -> tuple[str, ...]:
+    environment = results.get("environment") or {}
+    parts = (
+        f"lightgauge {environment['lightgauge']}" if environment.get("lightgauge") else "",
+        f"commit {environment['commit'][:10]}" if environment.get("commit") else "",
+        str(environment.get("gl_renderer") or ""),
+        f"{environment['cpu_count']} CPU cores" if environment.get("cpu_count") else "",
+        str(results.get("started") or ""),
+        f"took {format_seconds(results.get('seconds'))}" if results.get("seconds") is not None else "",
+    )
+    return tuple(part for part in parts if part)

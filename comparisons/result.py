@@ -1,0 +1,102 @@
+"""The result of a check, as it stands in results.json."""
+
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+from comparisons.gate import CriterionResult, Verdict
+from realtime.technique import Technique
+from scenes.model import Check, Scene
+
+SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """One check, judged. Numbers that could not be had are None."""
+
+    scene: str
+    scene_title: str
+    quantity: str
+    technique: str
+    settings: dict[str, Any]
+    fit_exposure: bool
+    verdict: Verdict
+    message: str
+    criteria: tuple[CriterionResult, ...]
+    unit: str
+    card: dict[str, str]
+    rerun: str
+    exposure: float = 1.0
+    spp: int = 0
+    seconds: dict[str, float] = field(default_factory=dict)
+    pass_seconds: dict[str, float] = field(default_factory=dict)
+    skipped: tuple[dict[str, str], ...] = ()
+    integrator: dict[str, str] = field(default_factory=dict)
+    images: dict[str, str] = field(default_factory=dict)
+    error_scale: float | None = None
+    exposure_display: float | None = None
+    gl_renderer: str = ""
+    exit_status: int = 0
+    cached: bool = False
+
+    @property
+    def id(self) -> str:
+        return f"{self.scene}/{check_id(self.technique, self.settings, self.fit_exposure)}"
+
+    def to_json(self) -> dict[str, Any]:
+        plain = asdict(self) | {"id": self.id, "verdict": str(self.verdict)}
+        plain["criteria"] = [_criterion_json(c) for c in self.criteria]
+        return plain
+
+    @classmethod
+    def from_json(cls, plain: dict[str, Any]) -> "CheckResult":
+        known = {k: v for k, v in plain.items() if k != "id"}
+        known["verdict"] = Verdict(known["verdict"])
+        known["skipped"] = tuple(known["skipped"])
+        known["criteria"] = tuple(_criterion_from_json(c) for c in known["criteria"])
+        return cls(**known)
+
+    def as_cached(self) -> "CheckResult":
+        return replace(self, cached=True)
+
+
+def check_id(technique: str, settings: dict[str, Any], fit_exposure: bool) -> str:
+    """A short name of a check within its scene, e.g. `indirect.talk[c_height=7.0,fitted]`."""
+    details = [f"{k}={v}" for k, v in sorted(settings.items())] + (["fitted"] if fit_exposure else [])
+    return f"{technique}[{','.join(details)}]" if details else technique
+
+
+def rerun_command(scene_argument: str, technique: str) -> str:
+    return f"lightgauge run {scene_argument} -k {technique}"
+
+
+def card_of(technique: Technique) -> dict[str, str]:
+    return {key: getattr(technique, key) for key in ("name", "summary", "source", "limits")}
+
+
+def empty_result(scene: Scene, scene_argument: str, check: Check, technique: Technique, unit: str) -> CheckResult:
+    """What is known of a check before anything was rendered; its verdict is ERROR until something is."""
+    return CheckResult(
+        scene=scene.name,
+        scene_title=scene.title,
+        quantity=check.quantity,
+        technique=check.technique,
+        settings=dict(check.settings),
+        fit_exposure=check.fit_exposure,
+        verdict=Verdict.ERROR,
+        message="",
+        criteria=(),
+        unit=unit,
+        card=card_of(technique),
+        rerun=rerun_command(scene_argument, check.technique),
+    )
+
+
+def _criterion_json(result: CriterionResult) -> dict[str, Any]:
+    bound = result.max if result.max is not None else result.min
+    return asdict(result) | {"verdict": str(result.verdict), "bound": bound}
+
+
+def _criterion_from_json(plain: dict[str, Any]) -> CriterionResult:
+    known = {k: v for k, v in plain.items() if k != "bound"}
+    return CriterionResult(**(known | {"verdict": Verdict(known["verdict"])}))

@@ -1,0 +1,109 @@
+"""The files of a run: results.json, the report, its pictures."""
+
+import json
+import os
+import platform
+import shutil
+import subprocess
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from comparisons.doctor import version_of
+from comparisons.gate import Verdict
+from comparisons.report.page import write_report
+from comparisons.result import SCHEMA, CheckResult
+from reference.store import Store, write_text
+from scenes.errors import InputError
+
+
+def prepare_folder(folder: Path) -> None:
+    """Make the folder of a report before anything is rendered for it.
+
+    Raises
+    ------
+    InputError
+        It cannot be written to.
+    """
+    probe = folder / ".writable"
+    try:
+        (folder / "images").mkdir(parents=True, exist_ok=True)
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise InputError(
+            f"The output folder '{folder}' cannot be written to ({error.strerror}). It needs a folder that this user may "
+            "write to: name another with -o FOLDER."
+        ) from error
+
+
+def with_pictures(folder: Path, store: Store, result: CheckResult) -> CheckResult:
+    """Copy the pictures of a check from the store into the report's folder."""
+    stem = "".join(c if c.isalnum() or c in "-_." else "-" for c in result.id)
+    images = {name: f"images/{stem}-{name}.png" for name in result.images}
+    for name, kept in result.images.items():
+        shutil.copyfile(store.root / kept, folder / images[name])
+    return replace(result, images=images)
+
+
+def results_json(results: Iterable[CheckResult], started: str, seconds: float, notes: Iterable[str]) -> dict[str, Any]:
+    """The content of results.json: every number that the report shows."""
+    found = list(results)
+    return {
+        "schema": SCHEMA,
+        "environment": environment(found),
+        "started": started,
+        "seconds": seconds,
+        "counts": {str(v): sum(r.verdict is v for r in found) for v in Verdict},
+        "store_note": " ".join(notes) or None,
+        "checks": [r.to_json() for r in found],
+    }
+
+
+def environment(results: Iterable[CheckResult]) -> dict[str, Any]:
+    renderers = sorted({r.gl_renderer for r in results if r.gl_renderer})
+    return {
+        **{name: version_of(name) for name in ("lightgauge", "mitsuba", "drjit", "moderngl", "numpy")},
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "cpu_count": os.cpu_count(),
+        "gl_renderer": "; ".join(renderers) or None,
+        "commit": commit(),
+    }
+
+
+def commit() -> str | None:
+    """The commit of the project's checkout, if it is one."""
+    try:
+        command = ["git", "-C", str(Path(__file__).parent), "rev-parse", "--short=12", "HEAD"]
+        outcome = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return outcome.stdout.strip() or None
+
+
+def write_run(folder: Path, results: dict[str, Any]) -> Path:
+    """Write results.json and the report; returns the page."""
+    write_text(folder / "results.json", json.dumps(results, indent=1, allow_nan=False))
+    return write_report(folder, results)
+
+
+def read_run(run: Path) -> tuple[Path, dict[str, Any]]:
+    """The folder and the results of a finished run, named by its folder or its results.json.
+
+    Raises
+    ------
+    InputError
+        There are none, or they cannot be read.
+    """
+    path = run / "results.json" if run.is_dir() else run
+    try:
+        results: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise InputError(
+            f"'{path}' does not exist. Name the folder of a run, as given to `lightgauge run -o FOLDER`."
+        ) from error
+    except (OSError, ValueError) as error:
+        raise InputError(f"'{path}' cannot be read as the results of a run ({error}). Run the checks again.") from error
+    return path.parent, results

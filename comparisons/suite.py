@@ -1,0 +1,256 @@
+"""Run checks: draw, ask for as much truth as the verdict needs, judge. A check whose inputs have not changed is not run again."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from comparisons.cache import CheckCache
+from comparisons.gate import CriterionResult, Verdict, fit_exposure, judge, spp_needed, worst
+from comparisons.metrics import Samples, evaluate
+from comparisons.parity import QUANTITIES as PARITY_QUANTITIES
+from comparisons.parity import checks_of
+from comparisons.report.pictures import display_of, write_pictures
+from comparisons.result import CheckResult, check_id, empty_result
+from comparisons.tonemap import exposure_for
+from realtime.render import Renderer, Rendering
+from realtime.techniques import technique
+from reference.estimator import Reference, Truth
+from reference.quantities import quantity
+from reference.store import Store
+from scenes.errors import InputError, LightgaugeError, NoCompiler, NoGraphics
+from scenes.image import Float32
+from scenes.model import Check, Scene
+
+FIRST_SPP = 64
+"""Samples a pixel of the first look at a verdict: 4 for each accumulator. Every further look doubles them."""
+
+ERROR_RANGE = 2.0
+"""Error pictures reach this many times the budget: what has the outermost colour is clearly beyond it."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """`step` says what is being done and which fraction of it is done; `finished` hands over a result."""
+
+    step: Callable[[str, float], None]
+    finished: Callable[[CheckResult], None]
+
+
+@dataclass(frozen=True)
+class Request:
+    """A scene to run: `argument` is what names it on a command line, `keep` chooses among its checks."""
+
+    scene: Scene
+    argument: str
+    keep: Callable[[str], bool] = lambda check_id: True
+
+    @cached_property
+    def checks(self) -> tuple[Check, ...]:
+        """The chosen checks. Parity comes along with any of them."""
+        every = checks_of(self.scene)
+        chosen = [c for c in every if self.keep(f"{self.scene.name}/{id_of(c)}")]
+        if not chosen:
+            return ()
+        return tuple(c for c in every if c in chosen or c.quantity in PARITY_QUANTITIES)
+
+
+def id_of(check: Check) -> str:
+    return check_id(check.technique, dict(check.settings), check.fit_exposure)
+
+
+def validate(requests: Iterable[Request]) -> None:
+    """Refuse names that do not exist before anything is rendered.
+
+    Raises
+    ------
+    InputError
+        All of them, one a line.
+    """
+    faults = [f"{r.argument}: {fault}" for r in requests for check in r.checks for fault in _faults(check)]
+    if faults:
+        raise InputError("\n".join(faults))
+
+
+def _faults(check: Check) -> Iterable[str]:
+    from comparisons.metrics import metric_named
+
+    attempts: list[Callable[[], Any]] = [
+        lambda: quantity(check.quantity),
+        lambda: technique(check.technique).settings(check.settings),
+        *(lambda name=c.metric: metric_named(name) for c in check.criteria),  # type: ignore[misc]
+    ]
+    for attempt in attempts:
+        try:
+            attempt()
+        except InputError as error:
+            yield f"check {id_of(check)}: {error}"
+    try:
+        approximates = technique(check.technique).approximates
+    except InputError:
+        return
+    if approximates != check.quantity:
+        yield (
+            f"check {id_of(check)}: technique '{check.technique}' approximates '{approximates}', but the check asks for "
+            f"'{check.quantity}'. Use one quantity for both."
+        )
+
+
+def run(requests: Iterable[Request], store: Store, progress: Progress) -> list[CheckResult]:
+    """All checks of all scenes, in order. An error in one check becomes its verdict and stops no other.
+
+    Raises
+    ------
+    NoGraphics, NoCompiler
+        Nothing can be rendered on this machine.
+    """
+    return [result for request in requests for result in _run_scene(request, store, progress)]
+
+
+def _run_scene(request: Request, store: Store, progress: Progress) -> list[CheckResult]:
+    runner = _Runner(request, store, progress)
+    results: list[CheckResult] = []
+    broken = ""
+    for check in request.checks:
+        is_parity = check.quantity in PARITY_QUANTITIES
+        result = runner.refused(check, broken) if broken and not is_parity else runner.result(check)
+        if is_parity and result.verdict is not Verdict.PASS:
+            broken = broken or _parity_message(result)
+        results.append(result)
+        progress.finished(result)
+    return results
+
+
+def _parity_message(result: CheckResult) -> str:
+    failed = [f"{c.metric} is {c.value:.3g}" for c in result.criteria if c.verdict is not Verdict.PASS]
+    what = "; ".join(failed) or result.message
+    return (
+        f"Parity of this scene does not hold: {result.quantity} ({what}). The two sides do not see the same scene, so "
+        "their radiance is not compared until they do."
+    )
+
+
+class _Runner:
+    """The checks of one scene, sharing what they render."""
+
+    def __init__(self, request: Request, store: Store, progress: Progress) -> None:
+        self.request = request
+        self.store = store
+        self.progress = progress
+        self.reference = Reference(request.scene, store, progress.step)
+        self.renderer = Renderer(request.scene)
+        self.cache = CheckCache(store)
+
+    def refused(self, check: Check, why: str) -> CheckResult:
+        return replace(self._empty(check), message=why)
+
+    def result(self, check: Check) -> CheckResult:
+        """The check's result, from the cache when nothing that it depends on has changed."""
+        scene = self.request.scene
+        self.store.touched.clear()
+        try:
+            cached = self.cache.read(scene, check)
+            if cached is not None:
+                return replace(
+                    cached, scene=scene.name, scene_title=scene.title, rerun=self._empty(check).rerun, cached=True
+                )
+            result = self._judged(check)
+        except (NoGraphics, NoCompiler):
+            raise
+        except LightgaugeError as error:
+            return replace(self._empty(check), message=str(error), exit_status=error.exit_status)
+        self.cache.write(scene, check, result)
+        return result
+
+    def _empty(self, check: Check) -> CheckResult:
+        unit = quantity(check.quantity).unit
+        return empty_result(self.request.scene, self.request.argument, check, technique(check.technique), unit)
+
+    def _judged(self, check: Check) -> CheckResult:
+        scene = self.request.scene
+        self.progress.step(f"{scene.name}: {check.technique}", 0.0)
+        used = technique(check.technique)
+        rendering = self.renderer.render(used, dict(check.settings), timed=check.quantity not in PARITY_QUANTITIES)
+        truth, image, exposure, criteria = self._decided(check, rendering)
+        verdict = worst(c.verdict for c in criteria)
+        samples = Samples(truth.accumulators, truth.mask)
+        scale = error_scale(criteria, samples)
+        shown = exposure_for(samples.mean, truth.mask) if display_of(check.quantity) in ("radiance", "depth") else 1.0
+        folder = self.cache.folder(scene, check)
+        pictures = write_pictures(
+            folder,
+            "picture",
+            image,
+            samples.mean.astype(np.float32),
+            truth.mask,
+            shown,
+            scale,
+            display_of(check.quantity),
+        )
+        return replace(
+            self._empty(check),
+            verdict=verdict,
+            message=_advice(verdict, criteria, truth, scene.truth.max_spp),
+            criteria=criteria,
+            exposure=exposure,
+            spp=truth.spp,
+            seconds={"realtime": rendering.seconds, "reference": truth.seconds},
+            pass_seconds=rendering.pass_seconds,
+            skipped=tuple(asdict(s) for s in rendering.skipped),
+            integrator=asdict(truth.integrator),
+            images={name: str((folder / path).relative_to(self.store.root)) for name, path in pictures.items()},
+            error_scale=scale,
+            exposure_display=shown,
+            gl_renderer=rendering.image.provenance["renderer"],
+        )
+
+    def _decided(self, check: Check, rendering: Rendering) -> tuple[Truth, Float32, float, tuple[CriterionResult, ...]]:
+        """Double the truth's samples until every criterion is decided, or the scene's limit is reached."""
+        spp = FIRST_SPP
+        while True:
+            truth = self.reference.truth(check.quantity, spp)
+            samples = Samples(truth.accumulators, truth.mask)
+            image, exposure = rendering.image.pixels, 1.0
+            if check.fit_exposure:
+                exposure = fit_exposure(image, samples)
+                image = (image * exposure).astype(np.float32)
+            criteria = tuple(judge(c, evaluate(c.metric, image, samples)) for c in check.criteria)
+            open_ones = [c for c in criteria if c.verdict is Verdict.INCONCLUSIVE and c.valid]
+            if truth.is_exact or not open_ones or 2 * spp > self.request.scene.truth.max_spp:
+                return truth, image, exposure, criteria
+            spp *= 2
+
+
+def _advice(verdict: Verdict, criteria: Iterable[CriterionResult], truth: Truth, limit: int) -> str:
+    """What an INCONCLUSIVE check needs."""
+    if verdict is not Verdict.INCONCLUSIVE:
+        return ""
+    needed = [spp_needed(c, truth.spp) for c in criteria if c.verdict is Verdict.INCONCLUSIVE]
+    known = [n for n in needed if n is not None]
+    if len(known) < len(needed):
+        return f"Undecided after {truth.spp} spp: a value lies too close to its bound for any affordable number of samples."
+    return f"Undecided after {truth.spp} spp (the scene allows {limit}): about {max(known)} spp would decide it."
+
+
+def error_scale(criteria: Iterable[CriterionResult], samples: Samples) -> float:
+    """The error that gets the outermost colour: ERROR_RANGE times the budget of the first criterion that has one in the
+    quantity's unit or relative to the truth, else a tenth of the truth's root mean square.
+    """
+    mean = float(np.mean(np.abs(samples.masked)))
+    rms = float(np.sqrt(np.mean(samples.masked.mean(axis=0) ** 2)))
+    unit = {"nrmse": mean, "rel_rms": rms, "rms": 1.0, "max_abs": 1.0, "p99_abs": 1.0}
+    for criterion in criteria:
+        if criterion.metric in unit and criterion.max:
+            return ERROR_RANGE * criterion.max * unit[criterion.metric]
+    return 0.1 * rms if rms > 0 else 1.0
+
+
+def exit_status(results: Iterable[CheckResult]) -> int:
+    """0 all pass, 1 a budget exceeded, 2 inconclusive, 3 bad input, 4 environment or render error, no check at all too."""
+    found = list(results)
+    verdict = worst(r.verdict for r in found)
+    if verdict is Verdict.ERROR:
+        return max((r.exit_status for r in found), default=0) or 4
+    return {Verdict.PASS: 0, Verdict.FAIL: 1, Verdict.INCONCLUSIVE: 2}[verdict]

@@ -1,0 +1,37 @@
+"""Lines of text about results."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from comparisons.gate import CriterionResult, Verdict
+from comparisons.report.numbers import format_bound, format_interval, format_metric
+from comparisons.result import CheckResult
+
+
+def line_of(result: CheckResult) -> str:
+    """Verdict, check, its first criterion that has this verdict, and where it comes from."""
+    deciding = [c for c in result.criteria if c.verdict is result.verdict]
+    numbers = _numbers(deciding[0], result.unit) if deciding else result.message
+    origin = " (stored)" if result.cached else ""
+    return f"{result.verdict:12} {result.id}  {numbers}{origin}"
+
+
+def _numbers(c: CriterionResult, unit: str) -> str:
+    value = format_metric(c.metric, c.value, unit)
+    return f"{c.metric} {value} {format_interval(c.metric, c.low, c.high)}, budget {format_bound(c.metric, c.min, c.max, unit)}"
+
+
+def closing_lines(results: Sequence[CheckResult], notes: Sequence[str], page: Path, seconds: float) -> Iterator[str]:
+    """What a reader needs last: repairs, everything that is not fine with its reason, counts, the page."""
+    yield from notes
+    for result in results:
+        if result.verdict is not Verdict.PASS:
+            yield f"{result.verdict} {result.id}"
+            for c in result.criteria:
+                if c.verdict is not Verdict.PASS:
+                    yield f"  {_numbers(c, result.unit)} ({c.reason}){'; ' + c.note if c.note else ''}"
+            if result.message:
+                yield f"  {result.message}"
+            yield f"  again: {result.rerun}"
+    counts = ", ".join(f"{n} {v}" for v in Verdict if (n := sum(r.verdict is v for r in results)))
+    yield f"{counts} in {seconds:.1f} s. Report: {page}"

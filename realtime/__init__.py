@@ -1,0 +1,1 @@
+"""Real-time techniques in moderngl. Never imports `reference`."""

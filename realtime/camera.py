@@ -1,0 +1,99 @@
+"""View and projection matrices, row-major: a column vector is multiplied from the right."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenes.image import Float64
+from scenes.model import Perspective, Vec3
+
+FACES: tuple[tuple[Vec3, Vec3, Vec3], ...] = (
+    ((1, 0, 0), (0, 0, -1), (0, -1, 0)),
+    ((-1, 0, 0), (0, 0, 1), (0, -1, 0)),
+    ((0, 1, 0), (1, 0, 0), (0, 0, 1)),
+    ((0, -1, 0), (1, 0, 0), (0, 0, -1)),
+    ((0, 0, 1), (1, 0, 0), (0, -1, 0)),
+    ((0, 0, -1), (-1, 0, 0), (0, -1, 0)),
+)
+"""Forward, right and up of the six faces of a cube map (OpenGL 4.6 specification, table 8.19); +X -X +Y -Y +Z -Z."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole at `eye`; `matrix` takes world space to clip space."""
+
+    eye: Float64
+    matrix: Float64
+    forward: Float64
+
+
+def view_matrix(eye: Float64, forward: Float64, right: Float64, up: Float64) -> Float64:
+    matrix = np.eye(4)
+    matrix[:3, :3] = right, up, -forward
+    matrix[:3, 3] = -matrix[:3, :3] @ eye
+    return matrix
+
+
+def perspective_matrix(tan_half_x: float, tan_half_y: float, near: float, far: float) -> Float64:
+    """OpenGL 4.6 compatibility specification, section 12.1.1, of a symmetric frustum."""
+    matrix = np.zeros((4, 4))
+    matrix[0, 0] = 1 / tan_half_x
+    matrix[1, 1] = 1 / tan_half_y
+    matrix[2, 2] = (near + far) / (near - far)
+    matrix[2, 3] = 2 * near * far / (near - far)
+    matrix[3, 2] = -1
+    return matrix
+
+
+def orthographic_matrix(radius: float, near: float, far: float) -> Float64:
+    return np.array(
+        [
+            [1 / radius, 0, 0, 0],
+            [0, 1 / radius, 0, 0],
+            [0, 0, -2 / (far - near), -(far + near) / (far - near)],
+            [0, 0, 0, 1],
+        ]
+    )
+
+
+def unit(vector: Float64) -> Float64:
+    normalised: Float64 = vector / np.linalg.norm(vector)
+    return normalised
+
+
+def basis_along(forward: Float64) -> tuple[Float64, Float64]:
+    """Some right and up that complete `forward` to a basis with right x up = -forward."""
+    helper = np.array([0.0, 1.0, 0.0]) if abs(forward[1]) < 0.9 else np.array([1.0, 0.0, 0.0])
+    right = unit(np.cross(forward, helper))
+    return right, np.cross(right, forward)
+
+
+def sensor_camera(sensor: Perspective, near: float, far: float) -> Camera:
+    """The camera of a sensor; a thin lens is seen through its centre."""
+    eye = np.array(sensor.origin, dtype=float)
+    forward = unit(np.array(sensor.target, dtype=float) - eye)
+    right = unit(np.cross(forward, np.array(sensor.up, dtype=float)))
+    up = np.cross(right, forward)
+    tangent = float(np.tan(np.radians(sensor.fov_deg) / 2))
+    aspect = sensor.width / sensor.height
+    x, y = (tangent, tangent / aspect) if sensor.fov_axis == "x" else (tangent * aspect, tangent)
+    return Camera(eye, perspective_matrix(x, y, near, far) @ view_matrix(eye, forward, right, up), forward)
+
+
+def cube_cameras(eye: Float64, near: float, far: float) -> tuple[Camera, ...]:
+    """Six cameras of 90 degrees; window row 0 is the first row of the cube map's face."""
+    projection = perspective_matrix(1.0, 1.0, near, far)
+    cameras = []
+    for forward, right, up in FACES:
+        f, r, u = (np.array(v, dtype=float) for v in (forward, right, up))
+        cameras.append(Camera(eye, projection @ view_matrix(eye, f, r, u), f))
+    return tuple(cameras)
+
+
+def parallel_camera(direction: Float64, centre: Float64, radius: float) -> Camera:
+    """Looks along `direction` at a ball, in parallel projection."""
+    right, up = basis_along(direction)
+    eye = centre - 2 * radius * direction
+    return Camera(
+        eye, orthographic_matrix(radius, radius, 3 * radius) @ view_matrix(eye, direction, right, up), direction
+    )

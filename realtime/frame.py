@@ -1,0 +1,153 @@
+"""A scene on the GPU, and what the passes of a frame hand to each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from realtime.camera import Camera, sensor_camera
+from realtime.shader import program, set_uniforms
+from scenes.features import Features
+from scenes.geometry import texture_of
+from scenes.image import Float32, Float64
+from scenes.mesh import Mesh
+from scenes.model import Scene, SettingValue, Texture
+
+if TYPE_CHECKING:
+    import moderngl
+
+TEXTURE_UNIT = 15
+"""Where surface textures are bound while meshes are drawn; passes bind their own from 0 upward."""
+
+
+@dataclass(frozen=True)
+class Drawable:
+    mesh: Mesh
+    vertices: moderngl.Buffer
+    indices: moderngl.Buffer
+    texture: moderngl.Texture
+
+
+@dataclass
+class Frame:
+    """Everything that a pass may use. `resources` holds what earlier passes wrote, by name."""
+
+    context: moderngl.Context
+    scene: Scene
+    meshes: tuple[Mesh, ...]
+    features: Features
+    settings: Mapping[str, SettingValue]
+    grid: int
+    resources: dict[str, Any] = field(default_factory=dict)
+    _programs: dict[Any, Any] = field(default_factory=dict)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the supersampled image."""
+        return self.scene.sensor.width * self.grid, self.scene.sensor.height * self.grid
+
+    def program(self, *names: str, **defines: int | float) -> Any:
+        """The program of some shader files, compiled once for each set of defines."""
+        key = (names, tuple(sorted(defines.items())))
+        if key not in self._programs:
+            self._programs[key] = program(self.context, *names, defines=defines)
+        return self._programs[key]
+
+    def texture(self, size: tuple[int, int], components: int, dtype: str = "f4") -> moderngl.Texture:
+        """A texture read without filtering."""
+        made = self.context.texture(size, components, dtype=dtype)
+        made.filter = (self.context.NEAREST, self.context.NEAREST)
+        return made
+
+    def dispatch(
+        self, shader: Any, width: int, height: int = 1, group: tuple[int, int] = (8, 8), **uniforms: Any
+    ) -> None:
+        """Run a compute shader over width x height invocations."""
+        set_uniforms(shader, **uniforms)
+        shader.run(-(-width // group[0]), -(-height // group[1]), 1)
+        self.context.memory_barrier()
+
+    @cached_property
+    def bounds(self) -> tuple[Float64, float]:
+        """Centre and radius of a ball around everything."""
+        points = np.concatenate([m.surface.positions for m in self.meshes]).astype(float)
+        low, high = points.min(axis=0), points.max(axis=0)
+        return (low + high) / 2, float(np.linalg.norm(high - low) / 2)
+
+    @cached_property
+    def subject_box(self) -> tuple[Float64, Float64]:
+        """Lowest and highest corner of the subject."""
+        points = np.concatenate([m.surface.positions for m in self.meshes if m.is_subject]).astype(float)
+        return points.min(axis=0), points.max(axis=0)
+
+    @property
+    def subject_centre(self) -> Float64:
+        """Where the talk puts its cube: the character's belly."""
+        low, high = self.subject_box
+        centre: Float64 = (low + high) / 2
+        return centre
+
+    @cached_property
+    def camera(self) -> Camera:
+        """The sensor's camera, with clip planes that hold the whole scene."""
+        centre, radius = self.bounds
+        far = float(np.linalg.norm(centre - np.array(self.scene.sensor.origin))) + 1.01 * radius
+        return sensor_camera(self.scene.sensor, near=1e-3 * radius, far=far)
+
+    @cached_property
+    def drawables(self) -> tuple[Drawable, ...]:
+        return tuple(self._upload(mesh) for mesh in self.meshes)
+
+    def _upload(self, mesh: Mesh) -> Drawable:
+        surface = mesh.surface
+        vertices = np.hstack([surface.positions, surface.normals, surface.uvs]).astype(np.float32)
+        return Drawable(
+            mesh,
+            self.context.buffer(vertices.tobytes()),
+            self.context.buffer(np.ascontiguousarray(surface.faces, dtype=np.uint32).tobytes()),
+            self._reflectance(mesh),
+        )
+
+    def _reflectance(self, mesh: Mesh) -> moderngl.Texture:
+        reflectance = mesh.material.reflectance
+        if isinstance(reflectance, Texture):
+            pixels = texture_of(self.scene, reflectance)[::-1]
+        else:
+            pixels = np.array(reflectance, dtype=np.float32).reshape(1, 1, 3)
+        height, width, _ = pixels.shape
+        texture = self.context.texture((width, height), 3, np.ascontiguousarray(pixels).tobytes(), dtype="f4")
+        texture.filter = (self.context.LINEAR, self.context.LINEAR)
+        texture.repeat_x = texture.repeat_y = True
+        return texture
+
+    def draw(self, shader: Any, camera: Camera, which: Callable[[Mesh], bool] = lambda mesh: True) -> None:
+        """Draw the meshes for which `which` holds into the framebuffer in use."""
+        set_uniforms(shader, world_to_clip=columns(camera.matrix), eye=tuple(camera.eye), forward=tuple(camera.forward))
+        for drawable in self.drawables:
+            if not which(drawable.mesh):
+                continue
+            drawable.texture.use(TEXTURE_UNIT)
+            set_uniforms(shader, reflectance_map=TEXTURE_UNIT, is_subject=float(drawable.mesh.is_subject))
+            layout = [(drawable.vertices, "3f4 3f4 2f4", "in_position", "in_normal", "in_uv")]
+            array = self.context.vertex_array(shader, layout, drawable.indices, skip_errors=True)
+            array.render()
+            array.release()
+
+    def read(self, name: str, components: int) -> Float32:
+        """A texture as (H, W, C) float32, row 0 at the top."""
+        texture = self.resources[name]
+        flat = np.frombuffer(texture.read(), dtype=np.float32)
+        return np.ascontiguousarray(flat.reshape(texture.height, texture.width, components)[::-1])
+
+
+def columns(matrix: Float64) -> tuple[float, ...]:
+    """A matrix in the order in which GLSL takes it."""
+    return tuple(float(v) for v in matrix.T.ravel())
+
+
+def is_environment(mesh: Mesh) -> bool:
+    return not mesh.is_subject

@@ -1,0 +1,63 @@
+"""Emitters as a list of small lights, each with a place in the shadow atlas."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenes.image import Float64
+from scenes.mesh import Mesh, Surface
+from scenes.model import DirectionalLight, PointLight, Scene
+
+POINT, FACET, PARALLEL = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Light:
+    """POINT: `place` is its position, `strength` its intensity [W/sr]. FACET: a piece of an emitting surface, `strength`
+    its radiance times its area [W/sr], shining to the side of `axis`. PARALLEL: `axis` is where the light travels to,
+    `strength` its irradiance [W/m²].
+    """
+
+    kind: int
+    place: Float64
+    axis: Float64
+    strength: Float64
+    area: float
+
+
+def lights_of(scene: Scene, meshes: tuple[Mesh, ...], facets: int) -> list[Light]:
+    """All emitters but the sky; every emitting mesh becomes `facets` facets of equal area."""
+    zero = np.zeros(3)
+    lights = []
+    for emitter in scene.emitters:
+        if isinstance(emitter, PointLight):
+            lights.append(Light(POINT, np.array(emitter.position), zero, np.array(emitter.intensity), 0.0))
+        elif isinstance(emitter, DirectionalLight):
+            direction = np.array(emitter.direction) / np.linalg.norm(emitter.direction)
+            lights.append(Light(PARALLEL, zero, direction, np.array(emitter.irradiance), 0.0))
+    for mesh in meshes:
+        if mesh.radiance is not None:
+            places, axes, area = facets_of(mesh.surface, facets)
+            strength = np.array(mesh.radiance) * area
+            lights += [Light(FACET, p, a, strength, area) for p, a in zip(places, axes, strict=True)]
+    return lights
+
+
+def facets_of(surface: Surface, count: int) -> tuple[Float64, Float64, float]:
+    """Points spread evenly over a surface by area: positions (count, 3), face normals (count, 3), area of each.
+
+    Points follow the R2 sequence (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
+    """
+    corners = surface.positions.astype(float)[surface.faces.astype(np.int64)]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(cross, axis=1) / 2
+    cumulative = np.cumsum(areas) / areas.sum()
+    plastic = 1.32471795724474602596
+    step = np.array([1 / plastic, 1 / plastic**2])
+    u = (0.5 + np.outer(np.arange(count), step)) % 1
+    chosen = np.minimum(np.searchsorted(cumulative, (np.arange(count) + 0.5) / count), len(areas) - 1)
+    root = np.sqrt(u[:, 0])
+    weights = np.stack([1 - root, root * (1 - u[:, 1]), root * u[:, 1]], axis=1)
+    places = np.einsum("nk,nkc->nc", weights, corners[chosen])
+    normals = cross[chosen] / np.linalg.norm(cross[chosen], axis=1, keepdims=True)
+    return places, normals, float(areas.sum() / count)

@@ -1,0 +1,100 @@
+"""Run a technique on a scene."""
+
+import time
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from realtime.context import make_context, renderer_name
+from realtime.frame import Frame
+from realtime.graph import Plan, Skip, plan
+from realtime.technique import Technique
+from scenes.errors import InputError, RenderError
+from scenes.features import features_of
+from scenes.geometry import geometry_of
+from scenes.image import Float32, Image
+from scenes.model import Scene, SettingValue
+
+if TYPE_CHECKING:
+    import moderngl
+
+
+@dataclass(frozen=True)
+class Rendering:
+    """`seconds` is a frame's time once everything is compiled, by the wall clock, with reading back left out."""
+
+    image: Image
+    skipped: tuple[Skip, ...]
+    seconds: float
+    pass_seconds: dict[str, float]
+
+
+def plan_of(technique: Technique, scene: Scene, settings: dict[str, SettingValue]) -> Plan:
+    """What would run; needs no GPU."""
+    features = features_of(scene, geometry_of(scene))
+    return plan(technique.passes(scene, features, technique.settings(settings)), "image")
+
+
+class Renderer:
+    """Draws one scene with any technique. The OpenGL context is made at the first frame."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+
+    @cached_property
+    def _context(self) -> "moderngl.Context":
+        return make_context()
+
+    def render(self, technique: Technique, given: dict[str, SettingValue], timed: bool = True) -> Rendering:
+        """One image of the technique, and the time that a frame takes.
+
+        Raises
+        ------
+        RenderError
+            A shader does not compile, or the image holds NaNs or infinities.
+        """
+        meshes = geometry_of(self.scene)
+        features = features_of(self.scene, meshes)
+        settings = technique.settings(given)
+        width, height = self.scene.sensor.width * technique.grid, self.scene.sensor.height * technique.grid
+        largest = int(self._context.info["GL_MAX_TEXTURE_SIZE"])
+        if max(width, height) > largest:
+            raise InputError(
+                f"Scene '{self.scene.name}' at {technique.grid} x {technique.grid} samples a pixel needs a texture of "
+                f"{width} x {height}; this GPU allows {largest}. Lower the sensor's width and height."
+            )
+        todo = plan(technique.passes(self.scene, features, settings), "image")
+        frame = Frame(self._context, self.scene, meshes, features, settings, technique.grid)
+        seconds = self._run(frame, todo)
+        if timed:
+            frame.resources.clear()
+            seconds = self._run(frame, todo)
+        pixels = checked(frame.read("image", 4)[..., list(technique.channels)], f"{self.scene.name}, {technique.name}")
+        provenance: dict[str, Any] = {
+            "scene": self.scene.name,
+            "technique": technique.name,
+            "settings": settings,
+            "renderer": renderer_name(self._context),
+        }
+        return Rendering(Image(pixels, provenance), todo.skipped, sum(seconds.values()), seconds)
+
+    def _run(self, frame: Frame, todo: Plan) -> dict[str, float]:
+        seconds = {}
+        for step in todo.passes:
+            start = time.perf_counter()
+            step.run(frame)
+            frame.context.finish()
+            seconds[step.name] = time.perf_counter() - start
+        return seconds
+
+
+def checked(pixels: Float32, what: str) -> Float32:
+    """Raises RenderError when a pixel is NaN or infinite."""
+    wrong = int(np.count_nonzero(~np.isfinite(pixels)))
+    if wrong:
+        raise RenderError(
+            f"The image of {what} has {wrong} values that are NaN or infinite: the technique is broken there."
+        )
+    return np.ascontiguousarray(pixels)

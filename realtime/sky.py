@@ -1,0 +1,18 @@
+"""Light from infinitely far away as one latitude-longitude image."""
+
+import numpy as np
+
+from scenes.exr import read_exr
+from scenes.image import Float32
+from scenes.model import ConstantLight, EnvironmentLight, Scene
+
+
+def sky_pixels(scene: Scene) -> Float32:
+    """Radiance (H, W, 3) of all infinite emitters together, row 0 at +Y; one black pixel when there are none."""
+    total = np.zeros((1, 1, 3), dtype=np.float32)
+    for emitter in scene.emitters:
+        if isinstance(emitter, ConstantLight):
+            total = total + np.array(emitter.radiance, dtype=np.float32)
+        elif isinstance(emitter, EnvironmentLight):
+            total = total + np.float32(emitter.scale) * read_exr(scene.folder / emitter.path).pixels[..., :3]
+    return np.ascontiguousarray(total)

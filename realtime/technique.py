@@ -1,0 +1,62 @@
+"""What a technique is: its card, its parameters, its passes."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from realtime.graph import Pass
+from scenes.features import Features
+from scenes.model import Scene, SettingValue
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A setting with its default and the values that a benchmark sweeps."""
+
+    name: str
+    default: SettingValue
+    sweep: tuple[SettingValue, ...]
+    summary: str
+
+
+@dataclass(frozen=True)
+class Technique:
+    """A real-time way to approximate one quantity.
+
+    `passes` gets the scene, its features and the settings, and returns the passes in order; the last ones write `image`.
+    `channels` picks the quantity out of the four channels of `image`.
+    """
+
+    name: str
+    approximates: str
+    summary: str
+    source: str
+    limits: str
+    passes: Callable[[Scene, Features, Mapping[str, SettingValue]], list[Pass]]
+    parameters: tuple[Parameter, ...] = ()
+    channels: tuple[int, ...] = (0, 1, 2)
+    grid: int = 2
+
+    def settings(self, given: Mapping[str, SettingValue]) -> dict[str, Any]:
+        """The defaults, overridden by what is given.
+
+        Raises
+        ------
+        InputError
+            A name that is no parameter, or a value of another type.
+        """
+        from scenes.errors import InputError
+
+        known = {p.name: p for p in self.parameters}
+        for name, value in given.items():
+            if name not in known:
+                raise InputError(
+                    f"Technique '{self.name}' has no setting '{name}'. It has: {', '.join(known) or 'none'}."
+                )
+            default = known[name].default
+            number = isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool)
+            if type(value) is not type(default) and not number:
+                raise InputError(
+                    f"Setting '{name}' of '{self.name}' is {value!r}; a {type(default).__name__} such as {default!r} is allowed."
+                )
+        return {p.name: given.get(p.name, p.default) for p in self.parameters}

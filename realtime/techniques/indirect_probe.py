@@ -1,0 +1,84 @@
+"""One irradiance probe at the subject's centre: spherical harmonics of the bounced surroundings, looked up by the normal."""
+
+from collections.abc import Mapping
+
+from realtime.capture import surfel_passes
+from realtime.frame import Frame
+from realtime.gbuffer import gbuffer_pass, resolve_pass
+from realtime.graph import Pass
+from realtime.technique import Parameter, Technique
+from scenes.errors import InputError
+from scenes.features import Features
+from scenes.model import Scene, SettingValue
+
+CAPTURE = (
+    Parameter("side", 96, (24, 48, 96), "texels along an edge of the captured cube's faces"),
+    Parameter("block", 6, (3, 6, 12), "texels along an edge of a surfel; divides `side`"),
+    Parameter("shadow_side", 256, (64, 128, 256, 512), "texels along an edge of a shadow tile"),
+    Parameter("facets", 16, (1, 4, 16), "point lights that stand for each emitting surface"),
+)
+
+
+def captured(features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
+    """The passes up to the bounced surfels, as the settings of CAPTURE say.
+
+    Raises
+    ------
+    InputError
+        `block` does not divide `side`, or a number is not positive.
+    """
+    side, block, shadow_side, facets = (int(settings[p.name]) for p in CAPTURE)
+    if min(side, block, shadow_side, facets) < 1 or side % block:
+        raise InputError(
+            f"Found side = {side}, block = {block}, shadow_side = {shadow_side}, facets = {facets}; all must be positive and "
+            "block must divide side, as 6 divides 96."
+        )
+    return surfel_passes(features, side, block, shadow_side, facets)
+
+
+def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
+    return [
+        gbuffer_pass(),
+        *captured(features, settings),
+        Pass("project", _project, reads=("surfels", "reflected"), writes=("coefficients",)),
+        Pass("probe", _shade, reads=("normal", "albedo", "coefficients"), writes=("shaded",)),
+        resolve_pass("shaded"),
+    ]
+
+
+def _project(frame: Frame) -> None:
+    resources = frame.resources
+    coefficients = frame.context.buffer(reserve=9 * 16)
+    resources["surfels"].bind_to_storage_buffer(0)
+    resources["reflected"].bind_to_storage_buffer(1)
+    coefficients.bind_to_storage_buffer(2)
+    shader = frame.program("indirect/project.comp")
+    frame.dispatch(shader, 9, group=(9, 1), surfel_count=resources["surfel_count"], centre=tuple(frame.subject_centre))
+    resources["coefficients"] = coefficients
+
+
+def _shade(frame: Frame) -> None:
+    resources = frame.resources
+    shaded = frame.texture(frame.size, 4)
+    resources["normal"].use(1)
+    resources["albedo"].use(2)
+    resources["coefficients"].bind_to_storage_buffer(2)
+    shaded.bind_to_image(0, read=False, write=True)
+    frame.dispatch(frame.program("indirect/probe.comp"), *frame.size)
+    resources["shaded"] = shaded
+
+
+TECHNIQUES = {
+    "indirect.probe": Technique(
+        name="indirect.probe",
+        approximates="indirect_radiance",
+        summary="one probe at the subject's centre: shadowed and bounced surroundings as SH irradiance, looked up by the normal",
+        source="ramamoorthi-2001",
+        limits=(
+            "Every point of the subject is treated as if it were at its centre; the subject neither shades itself nor reflects "
+            "onto itself; bounces leak through what stands between two surfaces that the cube sees."
+        ),
+        passes=_passes,
+        parameters=CAPTURE,
+    )
+}

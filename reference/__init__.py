@@ -1,0 +1,1 @@
+"""Path-traced and analytic truth with Mitsuba. Never imports `realtime`."""

@@ -1,0 +1,240 @@
+"""The truth of a quantity for a scene, as independent blocks with their samples counted.
+
+A sampled truth is ACCUMULATORS independent images of equally many samples. They are never averaged here: their spread is
+what every error bar is made of. Blocks are of 4, 4, 8, 16, ... samples a pixel and accumulator, so that doubling the
+samples adds one block, and none is rendered twice. Each accumulator of each block has its own seed, hashed to 32 bits:
+consecutive seeds of Mitsuba's samplers repeat each other's noise, shifted by a pixel.
+"""
+
+import hashlib
+import importlib
+import importlib.metadata
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache, cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from reference.quantities import MODULES, quantity
+from reference.quantity import Integrator, Quantity
+from reference.stage import Stage, build_stage
+from reference.start import VARIANT, mitsuba
+from reference.store import Shelf, Store
+from scenes import geometry
+from scenes.digest import code_digest, scene_parts
+from scenes.errors import RenderError, SceneError
+from scenes.image import Bool, Float32, Float64, Image
+from scenes.model import PIXEL_GRID, Scene
+
+ACCUMULATORS = 16
+"""Independent images: enough for a variance that is itself known to about 18 %."""
+
+FIRST_BLOCK = 4
+"""Samples a pixel of the first block of an accumulator: a 2 x 2 stratification."""
+
+LARGEST_BLOCK = 256
+"""Samples a pixel of the largest block: float32 sums of more than 1024 are biased."""
+
+PATHS_A_LAUNCH = 1 << 21
+"""Bounds the memory of a launch: about 1 KiB a path."""
+
+Progress = Callable[[str, float], None]
+"""Called with what is being done and the fraction of it that is done."""
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What a quantity really is.
+
+    accumulators : (K, H, W, C) independent estimates, K = 1 when exact
+    mask         : (H, W) pixels at which the quantity is defined
+    spp          : samples a pixel over all accumulators, 0 when exact
+    seconds      : rendering time, whenever it was spent
+    """
+
+    quantity: str
+    key: str
+    accumulators: Float32
+    mask: Bool
+    spp: int
+    seconds: float
+    integrator: Integrator
+
+    @property
+    def is_exact(self) -> bool:
+        return len(self.accumulators) == 1
+
+
+@cache
+def _code(name: str) -> str:
+    """Digest of the code that decides what the truth of a quantity is."""
+    here, scenes = Path(__file__).parent, Path(geometry.__file__).parent
+    module = Path(str(importlib.import_module(MODULES[name]).__file__))
+    shared = [here / "stage.py", here / "to_mitsuba.py", *sorted((here / "integrators").glob("*.py"))]
+    shapes = [scenes / name for name in ("procedural.py", "mesh_files.py", "geometry.py", "srgb.py")]
+    return code_digest(module, *shared, *shapes)
+
+
+@cache
+def versions() -> dict[str, str]:
+    """What renders the truth, without importing it."""
+    return {"variant": VARIANT} | {name: importlib.metadata.version(name) for name in ("mitsuba", "drjit")}
+
+
+def truth_parts(scene: Scene, name: str) -> dict[str, Any]:
+    """Everything that the truth of a quantity depends on, and nothing else."""
+    found = quantity(name)
+    sampled = {"accumulators": ACCUMULATORS, "first_block": FIRST_BLOCK} if found.block else {}
+    return {
+        "quantity": found.name,
+        "code": _code(name),
+        "pixel_grid": PIXEL_GRID,
+        "scene": scene_parts(scene),
+        "renderer": versions(),
+        **sampled,
+    }
+
+
+def block_sizes(spp_each: int) -> Iterator[int]:
+    """Samples a pixel of the successive blocks that add up to `spp_each`.
+
+    >>> list(block_sizes(32))
+    [4, 4, 8, 16]
+    """
+    done = 0
+    while done < spp_each:
+        size = min(max(done, FIRST_BLOCK), LARGEST_BLOCK)
+        yield size
+        done += size
+
+
+def stratified_part(spp: int) -> int:
+    """The largest power of four that divides a power of two: samplers stratify a pixel into a square number of cells.
+
+    >>> [stratified_part(n) for n in (4, 8, 16, 32)]
+    [4, 4, 16, 16]
+    """
+    return 4 ** ((spp.bit_length() - 1) // 2)
+
+
+def seed_of(key: str, *launch: int) -> int:
+    """A 32-bit seed for a launch (block, accumulator, repeat, part) that no other launch shares but by chance."""
+    digest = hashlib.sha256("/".join([key, *map(str, launch)]).encode()).digest()
+    return int.from_bytes(digest[:4], "big")
+
+
+class Reference:
+    """Renders truths of one scene, loading Mitsuba and the scene at the first block that is missing."""
+
+    def __init__(self, scene: Scene, store: Store, progress: Progress) -> None:
+        self.scene = scene
+        self.store = store
+        self.progress = progress
+
+    @cached_property
+    def _mitsuba(self) -> ModuleType:
+        return mitsuba(self.store.root / "kernels")
+
+    @cached_property
+    def _stage(self) -> Stage:
+        return build_stage(self._mitsuba, self.scene, geometry.geometry_of(self.scene))
+
+    @cached_property
+    def subject_mask(self) -> Bool:
+        """Pixels that the subject covers completely.
+
+        Raises
+        ------
+        SceneError
+            There are none.
+        """
+        coverage = self._exact("coverage").pixels[..., 0]
+        mask: Bool = coverage == 1
+        if not mask.any():
+            raise SceneError(
+                f"Scene '{self.scene.name}': the subject ({', '.join(self.scene.subject)}) covers no pixel completely. At "
+                "least one is needed: look whether the camera sees it, stands inside the room, and has enough resolution."
+            )
+        return mask
+
+    def truth(self, name: str, spp: int) -> Truth:
+        """The truth of a quantity with at least `spp` samples a pixel (exact quantities ignore it).
+
+        Raises
+        ------
+        RenderError
+            A block holds NaNs or infinities.
+        """
+        found = quantity(name)
+        integrator = found.integrator(self.scene)
+        shelf = self.store.shelf(truth_parts(self.scene, name))
+        if found.exact:
+            image = self._exact(name)
+            everywhere = np.ones(image.pixels.shape[:2], dtype=bool)
+            return Truth(name, shelf.key, image.pixels[None], everywhere, 0, image.provenance["seconds"], integrator)
+        return self._sampled(found, shelf, integrator, -(-spp // ACCUMULATORS))
+
+    def _exact(self, name: str) -> Image:
+        found = quantity(name)
+        render = found.exact
+        assert render is not None
+        shelf = self.store.shelf(truth_parts(self.scene, name))
+
+        def make() -> Image:
+            self.progress(f"{self.scene.name}: {name}", 0.0)
+            stage = self._stage
+            start = time.perf_counter()
+            pixels = checked(render(stage), f"{self.scene.name}, {name}")
+            return Image(pixels, self._provenance(shelf, found, {"seconds": time.perf_counter() - start}))
+
+        return shelf.image("exact", make)
+
+    def _sampled(self, found: Quantity, shelf: Shelf, integrator: Integrator, spp_each: int) -> Truth:
+        mask = self.subject_mask
+        pixels = np.flatnonzero(mask)
+        sizes = list(block_sizes(spp_each))
+        total = np.zeros((ACCUMULATORS, len(pixels), found.channels))
+        seconds = 0.0
+        for index, size in enumerate(sizes):
+            block = shelf.image(f"block-{index:03d}", lambda i=index, n=size: self._block(found, shelf, pixels, i, n))
+            total += size * block.pixels.astype(np.float64)
+            seconds += block.provenance["seconds"]
+        accumulators = np.zeros((ACCUMULATORS, *mask.shape, found.channels), dtype=np.float32)
+        accumulators[:, mask] = total / sum(sizes)
+        return Truth(found.name, shelf.key, accumulators, mask, sum(sizes) * ACCUMULATORS, seconds, integrator)
+
+    def _block(self, found: Quantity, shelf: Shelf, pixels: Any, index: int, spp: int) -> Image:
+        """A block as an image whose rows are accumulators and whose columns are the judged pixels."""
+        render = found.block
+        assert render is not None
+        stage = self._stage
+        parts = np.array_split(pixels, -(-len(pixels) * spp // PATHS_A_LAUNCH))
+        strata = stratified_part(spp)
+        start = time.perf_counter()
+        rows: list[Float64] = []
+        for k in range(ACCUMULATORS):
+            self.progress(f"{self.scene.name}: {found.name}, block {index} of {spp} spp", k / ACCUMULATORS)
+            repeats = [
+                np.concatenate(
+                    [render(stage, p, seed_of(shelf.key, index, k, r, i), strata) for i, p in enumerate(parts)]
+                )
+                for r in range(spp // strata)
+            ]
+            rows.append(np.mean(repeats, axis=0))
+        image = checked(np.stack(rows).astype(np.float32), f"{self.scene.name}, {found.name}, block {index}")
+        return Image(image, self._provenance(shelf, found, {"seconds": time.perf_counter() - start, "spp": spp}))
+
+    def _provenance(self, shelf: Shelf, found: Quantity, more: dict[str, Any]) -> dict[str, Any]:
+        return {"key": shelf.key, "scene": self.scene.name, "quantity": found.name, **versions(), **more}
+
+
+def checked(pixels: Float32, what: str) -> Float32:
+    """Raises RenderError when a pixel is NaN or infinite."""
+    wrong = int(np.count_nonzero(~np.isfinite(pixels)))
+    if wrong:
+        raise RenderError(f"The reference of {what} has {wrong} values that are NaN or infinite; none was stored.")
+    return pixels

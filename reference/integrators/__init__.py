@@ -1,0 +1,1 @@
+"""Integrators of our own, compiled by Dr.Jit. Importing one imports Dr.Jit."""

@@ -1,0 +1,51 @@
+"""A scene loaded into Mitsuba, and the rays that start at its sensor."""
+
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference.to_mitsuba import instantiate, scene_dict
+from scenes.mesh import Mesh
+from scenes.model import Scene
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Mitsuba's scene and sensor; `subject` are the shapes whose pixels are judged."""
+
+    mi: ModuleType
+    scene: Any
+    sensor: Any
+    subject: tuple[Any, ...]
+    width: int
+    height: int
+
+    def is_subject(self, shape: Any, active: Any) -> Any:
+        """Which of the shapes that rays have hit belong to the subject."""
+        found = self.mi.Bool(False)
+        for own in self.subject:
+            found |= shape == self.mi.ShapePtr(own)
+        return found & active
+
+    def rays(self, x: Any, y: Any) -> Any:
+        """Camera rays through film positions in pixels (0, 0 is the upper left corner of the image)."""
+        position = self.mi.Point2f(x / self.width, y / self.height)
+        ray, _ = self.sensor.sample_ray_differential(0.0, 0.5, position, self.mi.Point2f(0.5))
+        return ray
+
+
+def build_stage(mi: ModuleType, scene: Scene, meshes: tuple[Mesh, ...], pinhole: bool = True) -> Stage:
+    loaded = instantiate(mi, scene_dict(scene, meshes, pinhole))
+    shapes = {shape.id(): shape for shape in loaded.shapes()}
+    subject = tuple(shapes[f"mesh_{i}"] for i, mesh in enumerate(meshes) if mesh.is_subject)
+    return Stage(mi, loaded, loaded.sensors()[0], subject, scene.sensor.width, scene.sensor.height)
+
+
+def pixel_grid(width: int, rows: range, side: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Film positions of a regular `side` x `side` grid in each pixel of some rows, pixel-major: two arrays (rows * width * side²,)."""
+    offsets = (np.arange(side) + 0.5) / side
+    y, x, v, u = np.meshgrid(np.asarray(rows), np.arange(width), offsets, offsets, indexing="ij")
+    return (x + u).astype(np.float32).ravel(), (y + v).astype(np.float32).ravel()

@@ -1,0 +1,153 @@
+"""A scene as Mitsuba's dictionary: first plain data that can be tested without rendering, then Mitsuba's own objects."""
+
+from collections.abc import Callable, Iterable
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from scenes.geometry import texture_of
+from scenes.image import Float32
+from scenes.mesh import Mesh, Surface
+from scenes.model import (
+    ConstantLight,
+    DirectionalLight,
+    EnvironmentLight,
+    Material,
+    PointLight,
+    Rgb,
+    Scene,
+    Sensor,
+    Texture,
+    ThinLens,
+)
+
+Plain = dict[str, Any]
+
+
+def rgb(value: Rgb) -> Plain:
+    return {"type": "rgb", "value": list(value)}
+
+
+def sensor_dict(sensor: Sensor, pinhole: bool) -> Plain:
+    """The camera with a one-sample box filter; with `pinhole` a thin lens is reduced to its centre."""
+    view: Plain = {
+        "to_world": {"look_at": (sensor.origin, sensor.target, sensor.up)},
+        "fov": sensor.fov_deg,
+        "fov_axis": sensor.fov_axis,
+        "near_clip": 1e-4,
+        "far_clip": 1e7,
+        "film": {
+            "type": "hdrfilm",
+            "width": sensor.width,
+            "height": sensor.height,
+            "rfilter": {"type": "box"},
+            "pixel_format": "rgb",
+        },
+    }
+    if isinstance(sensor, ThinLens) and not pinhole:
+        lens = {"aperture_radius": sensor.aperture_radius, "focus_distance": sensor.focus_distance}
+        return {"type": "thinlens", **view, **lens}
+    return {"type": "perspective", **view}
+
+
+def bsdf_dict(material: Material, read_texture: Callable[[Texture], Float32]) -> Plain:
+    reflectance = material.reflectance
+    if isinstance(reflectance, Texture):
+        return {
+            "type": "diffuse",
+            "reflectance": {"type": "bitmap", "pixels": read_texture(reflectance), "wrap_mode": "repeat"},
+        }
+    return {"type": "diffuse", "reflectance": rgb(reflectance)}
+
+
+def mesh_dict(mesh: Mesh, read_texture: Callable[[Texture], Float32]) -> Plain:
+    """A mesh with its surface left as arrays."""
+    plain: Plain = {"type": "mesh", "surface": mesh.surface, "bsdf": bsdf_dict(mesh.material, read_texture)}
+    if mesh.radiance is not None:
+        plain["emitter"] = {"type": "area", "radiance": rgb(mesh.radiance)}
+    return plain
+
+
+def emitter_dicts(scene: Scene) -> Plain:
+    """The emitters that are not surfaces."""
+    plain: Plain = {}
+    for i, emitter in enumerate(scene.emitters):
+        name = f"light_{i}"
+        match emitter:
+            case PointLight():
+                plain[name] = {"type": "point", "position": list(emitter.position), "intensity": rgb(emitter.intensity)}
+            case DirectionalLight():
+                plain[name] = {
+                    "type": "directional",
+                    "direction": list(emitter.direction),
+                    "irradiance": rgb(emitter.irradiance),
+                }
+            case ConstantLight():
+                plain[name] = {"type": "constant", "radiance": rgb(emitter.radiance)}
+            case EnvironmentLight():
+                plain[name] = {
+                    "type": "envmap",
+                    "filename": str(scene.folder / emitter.path),
+                    "scale": emitter.scale,
+                    "to_world": {"rotate_y_deg": 180.0},
+                }
+    return plain
+
+
+def scene_dict(scene: Scene, meshes: Iterable[Mesh], pinhole: bool = True) -> Plain:
+    """The whole scene as plain data: what `instantiate` turns into Mitsuba's objects."""
+    plain: Plain = {"type": "scene", "sensor": sensor_dict(scene.sensor, pinhole)}
+    for i, mesh in enumerate(meshes):
+        plain[f"mesh_{i}"] = mesh_dict(mesh, lambda texture: texture_of(scene, texture))
+    return plain | emitter_dicts(scene)
+
+
+def instantiate(mi: ModuleType, plain: Plain) -> Any:
+    """Mitsuba's scene; every mesh stays an object of its own (Mitsuba would merge those with equal materials)."""
+    return mi.load_dict({key: _resolved(mi, key, value) for key, value in plain.items()}, optimize=False)
+
+
+def _resolved(mi: ModuleType, key: str, value: Any) -> Any:
+    if not isinstance(value, dict):
+        return value
+    if key == "to_world":
+        return _transform(mi, value)
+    if value.get("type") == "mesh":
+        return _mesh(mi, key, value)
+    inner = {k: _resolved(mi, k, v) for k, v in value.items() if k != "pixels"}
+    if value.get("type") == "bitmap":
+        inner |= {"bitmap": mi.Bitmap(np.ascontiguousarray(value["pixels"])), "raw": True}
+    return inner
+
+
+def _transform(mi: ModuleType, value: Plain) -> Any:
+    transform = mi.ScalarTransform4f()
+    if "look_at" in value:
+        origin, target, up = value["look_at"]
+        return transform.look_at(origin=list(origin), target=list(target), up=list(up))
+    return transform.rotate([0, 1, 0], value["rotate_y_deg"])
+
+
+def _mesh(mi: ModuleType, name: str, value: Plain) -> Any:
+    surface: Surface = value["surface"]
+    properties = mi.Properties()
+    properties["mesh_bsdf"] = mi.load_dict(_resolved(mi, "bsdf", value["bsdf"]))
+    if "emitter" in value:
+        properties["mesh_emitter"] = mi.load_dict(_resolved(mi, "emitter", value["emitter"]))
+    mesh = mi.Mesh(
+        name,
+        vertex_count=len(surface.positions),
+        face_count=len(surface.faces),
+        has_vertex_normals=True,
+        has_vertex_texcoords=True,
+        props=properties,
+    )
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = surface.positions.ravel()
+    parameters["vertex_normals"] = surface.normals.ravel()
+    # Mitsuba's bitmaps have v = 0 in their first row; the contract's v points up.
+    parameters["vertex_texcoords"] = (surface.uvs * np.float32([1, -1]) + np.float32([0, 1])).ravel()
+    parameters["faces"] = surface.faces.ravel()
+    parameters.update()
+    return mesh

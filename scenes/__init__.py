@@ -1,0 +1,1 @@
+"""The contract that both sides share: scenes, geometry, images. Knows neither the GPU nor Mitsuba."""

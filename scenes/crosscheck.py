@@ -1,0 +1,183 @@
+"""What the schema of a scene cannot say: names that must exist, files that must be there, things that must not repeat.
+
+All of it looks at the document as parsed, and passes over what the schema complains about anyway, so that a user sees
+every problem at once.
+"""
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from scenes.complaints import Complaint, shown, suggestion
+from scenes.geometry import TEXTURE_SUFFIXES
+from scenes.lines import KeyPath
+from scenes.mesh_files import SUFFIXES as MESH_SUFFIXES
+from scenes.model import TorusKnot
+from scenes.procedural import knot_problem
+
+Document = dict[str, Any]
+Row = tuple[KeyPath, dict[str, Any]]
+
+ENVIRONMENT_SUFFIXES = (".exr",)
+RESERVED_NAME = "emitter-"
+
+
+def cross_check(document: Document, folder: Path) -> list[Complaint]:
+    """Every problem between the parts of a document, or between it and the files in its folder."""
+    rules: list[Callable[[Document], Iterator[Complaint]]] = [
+        _material_names,
+        _shape_names,
+        _subject,
+        _area_lights,
+        _knots,
+        _repeated_checks,
+    ]
+    return [complaint for rule in rules for complaint in rule(document)] + list(_files(document, folder))
+
+
+def _rows(document: Document, key: str, kind: str | None = None) -> list[Row]:
+    """The tables in an array of tables or in a table of tables, those of one type if `kind` is given."""
+    value = document.get(key)
+    items: list[tuple[Any, Any]] = (
+        list(enumerate(value)) if isinstance(value, list) else list(value.items()) if isinstance(value, dict) else []
+    )
+    tables = [((key, place), table) for place, table in items if isinstance(table, dict)]
+    return [row for row in tables if kind is None or row[1].get("type") == kind]
+
+
+def _texts(rows: list[Row], key: str) -> Iterator[tuple[KeyPath, str]]:
+    for path, table in rows:
+        if isinstance(table.get(key), str):
+            yield (*path, key), table[key]
+
+
+def _shape_list(document: Document) -> list[str]:
+    return list(dict.fromkeys(name for _, name in _texts(_rows(document, "shapes"), "name")))
+
+
+def _unknown(path: KeyPath, kind: str, name: str, known: list[str]) -> Complaint:
+    return Complaint(
+        path,
+        f'the unknown {kind} "{name}"' + suggestion(name, known),
+        ", ".join(known) or f"none, as no {kind} is defined",
+    )
+
+
+def _repeated(names: Iterator[tuple[KeyPath, str]], what: str) -> Iterator[Complaint]:
+    seen: set[str] = set()
+    for path, name in names:
+        if name in seen:
+            yield Complaint(path, f'{what} "{name}" a second time', "each only once")
+        seen.add(name)
+
+
+def _material_names(document: Document) -> Iterator[Complaint]:
+    known = [str(path[-1]) for path, _ in _rows(document, "materials")]
+    shapes = _rows(document, "shapes")
+    walls = [((*path, "walls"), table["walls"]) for path, table in shapes if isinstance(table.get("walls"), dict)]
+    used = [*_texts(shapes, "material"), *(use for row in walls for wall in row[1] for use in _texts([row], wall))]
+    yield from (_unknown(path, "material", name, known) for path, name in used if name not in known)
+
+
+def _shape_names(document: Document) -> Iterator[Complaint]:
+    names = list(_texts(_rows(document, "shapes"), "name"))
+    yield from _repeated(iter(names), "the name")
+    for path, name in names:
+        if name.startswith(RESERVED_NAME):
+            yield Complaint(
+                path, f'the name "{name}"', f'names that do not begin with "{RESERVED_NAME}", as disk lights do'
+            )
+
+
+def _subject(document: Document) -> Iterator[Complaint]:
+    subject = document.get("subject")
+    if not isinstance(subject, list):
+        return
+    known = _shape_list(document)
+    named = [(("subject", i), name) for i, name in enumerate(subject) if isinstance(name, str)]
+    yield from (_unknown(path, "shape", name, known) for path, name in named if name not in known)
+    yield from _repeated(iter(named), "the shape")
+
+
+def _area_lights(document: Document) -> Iterator[Complaint]:
+    known = _shape_list(document)
+    subject = document.get("subject")
+    lit = list(_texts(_rows(document, "emitters", "area"), "shape"))
+    for path, name in lit:
+        if name not in known:
+            yield _unknown(path, "shape", name, known)
+        elif isinstance(subject, list) and name in subject:
+            yield Complaint(
+                path, f'an area light on the subject "{name}"', "shapes that are not judged: subjects only reflect"
+            )
+    yield from _repeated(iter(lit), "an area light on")
+
+
+def _knots(document: Document) -> Iterator[Complaint]:
+    for path, table in _rows(document, "shapes", "torus_knot"):
+        try:
+            knot = TorusKnot.model_validate_json(json.dumps(table, default=str))
+        except ValidationError:  # the schema's complaints say why
+            continue
+        problem = knot_problem(knot.p, knot.q, knot.radius, knot.tube)
+        if problem is not None:
+            yield Complaint(path, *problem)
+
+
+def _repeated_checks(document: Document) -> Iterator[Complaint]:
+    first: dict[str, KeyPath] = {}
+    for path, table in _rows(document, "checks"):
+        what = [
+            table.get("quantity"),
+            table.get("technique"),
+            table.get("settings", {}),
+            table.get("fit_exposure", False),
+        ]
+        key = json.dumps(what, sort_keys=True, default=str)
+        if key in first:
+            earlier = f"checks[{first[key][1]}]"
+            yield Complaint(
+                path,
+                f"the quantity, technique, settings and fit_exposure of {earlier}",
+                "checks that differ in one of them; put all criteria into one check",
+            )
+        first.setdefault(key, path)
+
+
+def _files(document: Document, folder: Path) -> Iterator[Complaint]:
+    materials = _rows(document, "materials")
+    textures = [
+        ((*path, "reflectance"), table["reflectance"])
+        for path, table in materials
+        if isinstance(table.get("reflectance"), dict)
+    ]
+    for path, texture in textures:
+        file = texture.get("path")
+        if isinstance(file, str) and file.lower().endswith(".exr") and texture.get("color_space", "srgb") == "srgb":
+            yield Complaint(
+                (*path, "color_space"),
+                f'"srgb" for the EXR {shown(file)}',
+                '"linear", as an EXR holds linear values',
+            )
+    kinds = [
+        (textures, TEXTURE_SUFFIXES),
+        (_rows(document, "shapes", "mesh"), MESH_SUFFIXES),
+        (_rows(document, "emitters", "environment"), ENVIRONMENT_SUFFIXES),
+    ]
+    for rows, suffixes in kinds:
+        for path, file in _texts(rows, "path"):
+            yield from _file(path, file, folder, suffixes)
+
+
+def _file(path: KeyPath, file: str, folder: Path, suffixes: tuple[str, ...]) -> Iterator[Complaint]:
+    if Path(file).is_absolute():
+        yield Complaint(path, f"the absolute path {shown(file)}", "paths relative to the scene's folder")
+    elif Path(file).suffix.lower() not in suffixes:
+        yield Complaint(path, f"the file {shown(file)}", f"files that end in {', '.join(suffixes)}")
+    elif not (folder / file).is_file():
+        yield Complaint(
+            path, f"the path {shown(file)}, where there is no file", f"files that exist, relative to {folder}"
+        )

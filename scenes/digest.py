@@ -1,0 +1,72 @@
+"""Content addresses: what an image depends on, as SHA-256 of canonical JSON."""
+
+import ast
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from scenes.errors import SceneError
+from scenes.model import Scene
+
+IMAGE_PARTS = {"sensor", "materials", "shapes", "emitters", "subject"}
+DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+def digest_of(*parts: Any) -> str:
+    """SHA-256, 64 hexadecimal digits, of JSON-able parts; the order of keys in a dict does not matter."""
+    canonical = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256, 64 hexadecimal digits, of a file's bytes."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise SceneError(f"{path}: cannot be read ({error.strerror}). Correct the path or restore the file.") from error
+
+
+def code_digest(*paths: Path) -> str:
+    """Digest of what Python files do: comments, docstrings and layout do not matter."""
+    return digest_of(*[_plain(_without_docstrings(ast.parse(path.read_bytes()))) for path in paths])
+
+
+def scene_parts(scene: Scene) -> dict[str, Any]:
+    """Everything in a scene that can change an image, JSON-able; files count by their content, not by their path."""
+    parts: dict[str, Any] = scene.model_dump(mode="json", include=IMAGE_PARTS)
+    content: dict[str, Any] = _with_files_by_content(parts, lambda path: file_digest(scene.folder / path))
+    return content
+
+
+def _with_files_by_content(value: Any, digest: Callable[[str], str]) -> Any:
+    """The value with every `path` replaced by the digest of that file and its suffix, which says how to read it."""
+    if isinstance(value, dict):
+        return {
+            key: f"{digest(item)}{Path(item).suffix.lower()}"
+            if key == "path" and isinstance(item, str)
+            else _with_files_by_content(item, digest)
+            for key, item in value.items()
+        }
+    if isinstance(value, list):
+        return [_with_files_by_content(item, digest) for item in value]
+    return value
+
+
+def _without_docstrings(tree: ast.Module) -> ast.Module:
+    for node in ast.walk(tree):
+        if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
+            node.body = node.body[1:]
+    return tree
+
+
+def _plain(node: Any) -> Any:
+    """A syntax tree as nested lists. Empty fields are left out, since every version of Python adds some of them."""
+    if isinstance(node, ast.AST):
+        fields = [[name, _plain(value)] for name, value in ast.iter_fields(node) if value not in (None, [])]
+        return [type(node).__name__, fields]
+    if isinstance(node, list):
+        return [_plain(item) for item in node]
+    return repr(node)

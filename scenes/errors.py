@@ -1,0 +1,50 @@
+"""The exceptions of the whole project. Each message says what was found, what is allowed, what to do.
+
+LightgaugeError
+├── InputError            exit status 3: the user can mend it by changing an argument or a file
+│   ├── SceneError        a scene file, or something it points at
+│   └── ImageError        an image file or array
+│       └── CorruptImage  the pixels do not match the checksum written beside them
+└── MachineError          exit status 4: this machine lacks something, or a renderer failed
+    ├── NoGraphics        no OpenGL context
+    ├── NoCompiler        no usable LLVM for Dr.Jit
+    └── RenderError       a renderer produced nothing usable
+"""
+
+
+class LightgaugeError(Exception):
+    """Base of every error that the command line reports in one paragraph."""
+
+    exit_status = 4
+
+
+class InputError(LightgaugeError):
+    exit_status = 3
+
+
+class SceneError(InputError):
+    pass
+
+
+class ImageError(InputError):
+    pass
+
+
+class CorruptImage(ImageError):
+    pass
+
+
+class MachineError(LightgaugeError):
+    exit_status = 4
+
+
+class NoGraphics(MachineError):
+    pass
+
+
+class NoCompiler(MachineError):
+    pass
+
+
+class RenderError(MachineError):
+    pass

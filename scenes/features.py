@@ -1,0 +1,55 @@
+"""What a scene contains, derived from it: the reasons for which passes and integrators are chosen or skipped."""
+
+from dataclasses import dataclass
+
+from scenes.geometry import is_convex
+from scenes.mesh import Mesh
+from scenes.model import (
+    AreaLight,
+    ConstantLight,
+    Diffuse,
+    DirectionalLight,
+    DiskLight,
+    EnvironmentLight,
+    PointLight,
+    Scene,
+    Texture,
+    ThinLens,
+)
+
+
+@dataclass(frozen=True)
+class Features:
+    """All derived; nothing here is ever set by hand."""
+
+    has_point_lights: bool
+    has_directional_lights: bool
+    has_surface_lights: bool
+    has_sky: bool
+    has_textures: bool
+    has_thin_lens: bool
+    subject_is_convex: bool
+    brightest_reflectance: float
+    """Highest reflectance of the environment: bounds how fast its interreflections die out. 1 where a texture hides it."""
+
+    @property
+    def has_local_or_directional_lights(self) -> bool:
+        return self.has_point_lights or self.has_directional_lights or self.has_surface_lights
+
+
+def features_of(scene: Scene, meshes: tuple[Mesh, ...]) -> Features:
+    kinds = [type(e) for e in scene.emitters]
+    environment = [m.material.reflectance for m in meshes if not m.is_subject]
+    subjects = [m for m in meshes if m.is_subject]
+    return Features(
+        has_point_lights=PointLight in kinds,
+        has_directional_lights=DirectionalLight in kinds,
+        has_surface_lights=AreaLight in kinds or DiskLight in kinds,
+        has_sky=ConstantLight in kinds or EnvironmentLight in kinds,
+        has_textures=any(
+            isinstance(m, Diffuse) and isinstance(m.reflectance, Texture) for m in scene.materials.values()
+        ),
+        has_thin_lens=isinstance(scene.sensor, ThinLens),
+        subject_is_convex=len(subjects) == 1 and is_convex(subjects[0].surface),
+        brightest_reflectance=max((1.0 if isinstance(r, Texture) else max(r) for r in environment), default=0.0),
+    )

@@ -1,0 +1,222 @@
+"""The triangles of a scene, placed in the world, and its textures as arrays."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import assert_never
+
+import numpy as np
+
+from scenes import procedural, srgb
+from scenes.errors import ImageError, SceneError
+from scenes.exr import read_exr
+from scenes.image import Float32, Float64
+from scenes.mesh import Mesh, Surface
+from scenes.mesh_files import load_mesh
+from scenes.model import (
+    AreaLight,
+    Box,
+    Diffuse,
+    DiskLight,
+    DisplacedIcosphere,
+    Ellipsoid,
+    MeshFile,
+    Rectangle,
+    Rgb,
+    Room,
+    Scene,
+    Shape,
+    ShapeBase,
+    Sphere,
+    Texture,
+    TorusKnot,
+    Vec3,
+)
+from scenes.topology import is_watertight, signed_volume
+
+TEXTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".exr")
+EIGHT_BIT_MODES = ("1", "L", "LA", "P", "RGB", "RGBA")
+BLACK = Diffuse(type="diffuse", reflectance=(0.0, 0.0, 0.0))
+
+
+def geometry_of(scene: Scene) -> tuple[Mesh, ...]:
+    """One mesh a shape, in the order of the scene; one a wall of a room ("name/left"); one a disk light ("emitter-3").
+
+    Raises
+    ------
+    SceneError
+        Some shapes cannot be built or name an unknown material; the message has one line for each.
+    """
+    meshes: list[Mesh] = []
+    problems: list[str] = []
+    emitted = {light.shape: light.radiance for light in scene.emitters if isinstance(light, AreaLight)}
+    names = {shape.name for shape in scene.shapes}
+    problems += [f'an area light names the unknown shape "{name}".' for name in emitted if name not in names]
+    for shape in scene.shapes:
+        try:
+            meshes.extend(_meshes_of(scene, shape, emitted.get(shape.name)))
+        except SceneError as error:
+            problems.append(f'shape "{shape.name}": {error}')
+    if problems:
+        raise SceneError("\n".join(problems))
+    lights = [(i, light) for i, light in enumerate(scene.emitters) if isinstance(light, DiskLight)]
+    return (*meshes, *(disk_light_mesh(f"emitter-{i}", light) for i, light in lights))
+
+
+def _meshes_of(scene: Scene, shape: Shape, radiance: Rgb | None) -> Iterator[Mesh]:
+    for suffix, material, surface in _surfaces_of(scene, shape):
+        if material not in scene.materials:
+            raise SceneError(
+                f'unknown material "{material}"; allowed: {", ".join(scene.materials) or "none is defined"}.'
+            )
+        yield Mesh(
+            name=shape.name + suffix,
+            shape=shape.name,
+            surface=placed(surface, shape),
+            material=scene.materials[material],
+            radiance=radiance,
+            is_subject=shape.name in scene.subject,
+        )
+
+
+def _surfaces_of(scene: Scene, shape: Shape) -> Iterator[tuple[str, str, Surface]]:
+    """For each surface of a shape what its name adds to the shape's, its material's name, and itself unplaced."""
+    if isinstance(shape, Room):
+        for wall, surface in procedural.room_walls(shape.size).items():
+            yield f"/{wall}", shape.walls.get(wall, shape.material), surface
+    else:
+        yield "", shape.material, _surface_of(scene, shape)
+
+
+def _surface_of(
+    scene: Scene, shape: Sphere | Ellipsoid | DisplacedIcosphere | TorusKnot | Box | Rectangle | MeshFile
+) -> Surface:
+    match shape:
+        case Sphere():
+            return procedural.sphere(shape.radius, shape.detail)
+        case Ellipsoid():
+            return procedural.ellipsoid(shape.radii, shape.detail)
+        case DisplacedIcosphere():
+            return procedural.displaced_icosphere(
+                shape.radius, shape.amplitude, shape.frequency, shape.seed, shape.detail
+            )
+        case TorusKnot():
+            return procedural.torus_knot(shape.p, shape.q, shape.radius, shape.tube, shape.segments, shape.sides)
+        case Box():
+            return procedural.box(shape.size)
+        case Rectangle():
+            return procedural.rectangle(shape.size)
+        case MeshFile():
+            return load_mesh(scene.folder / shape.path, shape.shading, shape.closed)
+        case _:
+            assert_never(shape)
+
+
+def rotation_xyz(degrees: Vec3) -> Float64:
+    """The matrix (3, 3) that turns column vectors about x, then y, then z, counter-clockwise seen from the tips."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    turned: Float64 = about_z @ about_y @ about_x
+    return turned
+
+
+def placed(surface: Surface, shape: ShapeBase) -> Surface:
+    """The surface scaled, turned and moved as the shape says."""
+    rotation = rotation_xyz(shape.rotation_deg)
+    return _moved(surface, shape.scale, rotation, shape.position)
+
+
+def _moved(surface: Surface, scale: float, rotation: Float64, position: Vec3) -> Surface:
+    positions = scale * surface.positions.astype(np.float64) @ rotation.T + np.array(position)
+    normals = procedural.normalised(surface.normals.astype(np.float64) @ rotation.T)
+    return replace(surface, positions=positions.astype(np.float32), normals=normals.astype(np.float32))
+
+
+def disk_light_mesh(name: str, light: DiskLight) -> Mesh:
+    """A disk that faces along the light's normal, emits its radiance and reflects nothing."""
+    surface = _moved(procedural.disk(light.radius), 1.0, _basis(light.normal), light.position)
+    return Mesh(name, name, surface, BLACK, light.radiance, is_subject=False)
+
+
+def _basis(normal: Vec3) -> Float64:
+    """A rotation (3, 3) that takes +z to `normal`. Duff et al. 2017, "Building an orthonormal basis, revisited"."""
+    x, y, z = procedural.normalised(np.array(normal, dtype=np.float64))
+    sign = np.copysign(1.0, z)
+    a = -1 / (sign + z)
+    b = x * y * a
+    return np.array([[1 + sign * x * x * a, b, x], [sign * b, sign + y * y * a, y], [-sign * x, -y, z]])
+
+
+def texture_of(scene: Scene, texture: Texture) -> Float32:
+    """Linear reflectance (H, W, 3) in [0, 1], row 0 at the top, from a PNG, JPEG or EXR file.
+
+    Raises
+    ------
+    SceneError
+        The file is missing, damaged or of another format, or holds something other than reflectances.
+    """
+    path = scene.folder / texture.path
+    suffix = path.suffix.lower()
+    if suffix not in TEXTURE_SUFFIXES:
+        raise SceneError(
+            f"{path}: found a texture that ends in {path.suffix or 'nothing'!r}; allowed are "
+            f"{', '.join(TEXTURE_SUFFIXES)}. Convert it to one of these."
+        )
+    if suffix == ".exr" and texture.color_space != "linear":
+        raise SceneError(f'{path}: an EXR texture holds linear values; say color_space = "linear".')
+    values = _linear_values(path) if suffix == ".exr" else _code_values(path)
+    linear = srgb.decode(values) if texture.color_space == "srgb" else values
+    if not ((linear >= 0) & (linear <= 1)).all():
+        raise SceneError(
+            f"{path}: found reflectances from {linear.min():g} to {linear.max():g}; allowed is 0 to 1 without NaN. "
+            "Scale the texture."
+        )
+    return np.ascontiguousarray(linear, dtype=np.float32)
+
+
+def _linear_values(path: Path) -> Float64:
+    """The first three channels of an EXR, or its only one three times."""
+    try:
+        pixels = read_exr(path).pixels
+    except ImageError as error:
+        raise SceneError(str(error)) from error
+    if pixels.shape[2] not in (1, 3, 4):
+        raise SceneError(
+            f"{path}: found a texture of {pixels.shape[2]} channels; allowed are 1, 3 or 4, whose alpha is left out."
+        )
+    return (
+        np.repeat(pixels, 3, axis=2).astype(np.float64) if pixels.shape[2] == 1 else pixels[:, :, :3].astype(np.float64)
+    )
+
+
+def _code_values(path: Path) -> Float64:
+    """An 8-bit image as code values in [0, 1]; grey is repeated, alpha is left out."""
+    import PIL.Image
+
+    try:
+        with PIL.Image.open(path) as file:
+            if file.mode not in EIGHT_BIT_MODES:
+                raise SceneError(
+                    f"{path}: found an image of PIL's mode {file.mode}; allowed are 8 bits of grey or RGB, with or "
+                    "without alpha. Convert it, or use an EXR."
+                )
+            return np.asarray(file.convert("RGB"), dtype=np.float64) / 255
+    except (OSError, ValueError, SyntaxError) as error:
+        raise SceneError(
+            f"{path}: cannot be read as an image ({error}). Correct the path or replace the file."
+        ) from error
+
+
+def is_convex(surface: Surface) -> bool:
+    """Whether the mesh is watertight, faces outward and fills its convex hull to 1e-3 of the hull's volume."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    if not is_watertight(surface):
+        return False
+    try:
+        hull_volume = float(ConvexHull(surface.positions.astype(np.float64)).volume)
+    except QhullError:  # all vertices in one plane
+        return False
+    return abs(hull_volume - signed_volume(surface)) <= 1e-3 * hull_volume

@@ -1,0 +1,118 @@
+"""Scene files: TOML to `Scene`. Every error names the file, the line, the key, what was found and what is allowed."""
+
+import difflib
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from scenes.complaints import FILLED_IN, Complaint, complaints_of, top_level_keys, unknown_key
+from scenes.crosscheck import cross_check
+from scenes.errors import SceneError
+from scenes.lines import KeyPath, key_lines, line_of
+from scenes.model import Scene
+
+LIBRARY = Path(__file__).parent / "library"
+BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def library_scenes() -> dict[str, Path]:
+    """The shipped scenes by name, in alphabetical order."""
+    return {path.stem: path for path in sorted(LIBRARY.glob("*.toml"))}
+
+
+def find_scene(name_or_path: str) -> Path:
+    """The file of a scene, given its name in the library or the path of a TOML file.
+
+    Raises
+    ------
+    SceneError
+        It is neither; the message lists the names.
+    """
+    path = Path(name_or_path)
+    if path.suffix == ".toml" or len(path.parts) > 1:
+        return path
+    scenes = library_scenes()
+    if name_or_path in scenes:
+        return scenes[name_or_path]
+    close = difflib.get_close_matches(name_or_path, scenes, n=3)
+    hint = f" Close to it: {', '.join(close)}." if close else ""
+    raise SceneError(
+        f'found the unknown scene "{name_or_path}"; allowed is the path of a TOML file, or one of '
+        f"{', '.join(scenes)}.{hint}"
+    )
+
+
+def load_scene(path: Path) -> Scene:
+    """The scene in a TOML file; its name is the file's, and paths in it are relative to the file's folder.
+
+    Raises
+    ------
+    SceneError
+        One line a problem: `FILE:LINE: key: found X; allowed: Y`.
+    """
+    text = _read(path)
+    document = _parse(path, text)
+    written = {key: value for key, value in document.items() if key not in FILLED_IN}
+    complaints = [unknown_key((key,), top_level_keys()) for key in FILLED_IN if key in document]
+    complaints += cross_check(written, path.parent)
+    filled = {**written, "name": path.stem, "folder": str(path.parent)}
+    try:
+        scene = Scene.model_validate_json(json.dumps(filled, default=_as_table))
+    except ValidationError as error:
+        complaints += complaints_of(error, filled)
+    if complaints:
+        raise SceneError(_report(path, text, complaints))
+    return scene
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise SceneError(
+            f"{path}: the scene cannot be read ({error.strerror}). Give the path of a TOML file, or a name from the "
+            "library."
+        ) from error
+    except UnicodeDecodeError as error:
+        raise SceneError(
+            f"{path}: found bytes that are not UTF-8 ({error.reason}); save the scene as UTF-8."
+        ) from error
+
+
+def _parse(path: Path, text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        message = str(error)
+        found = re.search(r" \(at line (\d+), column (\d+)\)", message)
+        line, place = (found[1], f" at column {found[2]}") if found else (text.count("\n") + 1, "")
+        what = message.removesuffix(found[0]) if found else message
+        raise SceneError(f"{path}:{line}: this is not TOML: {what}{place}. Mend the line.") from error
+
+
+def _as_table(moment: object) -> dict[str, str]:
+    """JSON for a TOML date or time, which no key takes: a table is refused everywhere, a text might pass for a name."""
+    return {"date": str(moment)}
+
+
+def _report(path: Path, text: str, complaints: list[Complaint]) -> str:
+    lines = key_lines(text)
+    placed = [(line_of(lines, complaint.path), complaint) for complaint in complaints]
+    return "\n".join(
+        f"{path}:{line}: {_dotted(complaint.path)}: found {complaint.found}; allowed: {complaint.allowed}"
+        for line, complaint in sorted(placed, key=lambda item: item[0])
+    )
+
+
+def _dotted(path: KeyPath) -> str:
+    """A key path as a reader would write it: shapes[0].radius."""
+    parts = [f"[{part}]" if isinstance(part, int) else f".{_key(part)}" for part in path]
+    return "".join(parts).removeprefix(".")
+
+
+def _key(part: str) -> str:
+    return part if BARE_KEY.fullmatch(part) else json.dumps(part, ensure_ascii=False)

@@ -1,0 +1,37 @@
+"""A triangle mesh as arrays, ready for either renderer."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.image import Float32
+from scenes.model import Material, Rgb
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Triangles in world space.
+
+    positions : (V, 3) float32, metres
+    normals   : (V, 3) float32, unit length, on the side from which the counter-clockwise faces are seen
+    uvs       : (V, 2) float32, v upward: (0, 0) is the lower left corner of a texture
+    faces     : (F, 3) uint32
+    """
+
+    positions: Float32
+    normals: Float32
+    uvs: Float32
+    faces: NDArray[np.uint32]
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A surface placed in a scene: which shape it came from, what it is made of, what it emits."""
+
+    name: str
+    shape: str
+    surface: Surface
+    material: Material
+    radiance: Rgb | None
+    is_subject: bool
