@@ -12,6 +12,7 @@ from scenes.procedural import make_surface, normalised
 from scenes.topology import Integers, edge_faults, face_vectors, signed_volume, weld
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb")
+DRACO_HINT = "A GLB with Draco compression gives this too: export it without compression."
 
 
 class Soup(NamedTuple):
@@ -47,7 +48,7 @@ def load_mesh(path: Path, shading: Literal["smooth", "flat"], closed: bool) -> S
     if not visible.any():
         raise SceneError(
             f"{path}: every face is degenerate, so that nothing is left of the mesh; allowed are faces that have an "
-            "area. Check the file in the program that made it."
+            f"area. {DRACO_HINT}"
         )
     soup = soup._replace(faces=soup.faces[visible])
     return _flat(soup) if shading == "flat" else _smooth(path, soup, places)
@@ -79,7 +80,8 @@ def _read(path: Path) -> Soup:
 
 def _part(to_world: Float64, mesh: "trimesh.Trimesh") -> Soup:  # type: ignore[name-defined]  # noqa: F821
     """One mesh of a file in the file's coordinates, wound so that a mirroring transform keeps the outside outside."""
-    positions = np.asarray(mesh.vertices, dtype=np.float64) @ to_world[:3, :3].T + to_world[:3, 3]
+    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused later, with a count
+        positions = np.asarray(mesh.vertices, dtype=np.float64) @ to_world[:3, :3].T + to_world[:3, 3]
     faces = np.asarray(mesh.faces, dtype=np.int64)
     stored = getattr(mesh.visual, "uv", None)
     uvs = np.zeros((len(positions), 2)) if stored is None else np.asarray(stored, dtype=np.float64)[:, :2]
@@ -102,7 +104,7 @@ def _require_usable(path: Path, soup: Soup) -> None:
     if len(soup.positions) == 0 or len(soup.faces) == 0:
         raise SceneError(
             f"{path}: found {len(soup.positions)} vertices and {len(soup.faces)} triangles; at least one triangle is "
-            "needed. A GLB with Draco compression gives this too: export it without compression."
+            f"needed. {DRACO_HINT}"
         )
     if soup.faces.min() < 0 or soup.faces.max() >= len(soup.positions):
         raise SceneError(

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from comparisons.metrics.sample import Estimate, Samples
 from scenes.image import Float64
 
-# What noise adds falls as N^-1 where an image is clearly wrong, as N^-1/2 near a perfect one, and slower where the metric
-# saturates (dssim_tonemapped) or is steep at zero (flip: power 0.7). N^-1/4 is slower than all that was measured.
+# What noise adds falls as N^-1 where an image is clearly wrong, as N^-1/2 near a perfect one, and slower where the
+# metric saturates (dssim_tonemapped) or is steep at zero (flip: power 0.7). N^-1/4 is slower than all measured decays.
 SLOWEST_DECAY = 0.25
 
 

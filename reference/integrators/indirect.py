@@ -72,6 +72,9 @@ def _loop(mi: Any, scene: Any, is_subject: Any, sampler: Any, ray: Any, active: 
 
 
 def _power(own: Any, other: Any) -> Any:
-    """Veach & Guibas 1995, the power heuristic with exponent 2."""
-    squared = own * own
-    return dr.select(squared > 0, squared / (squared + other * other), 0.0)
+    """Veach & Guibas 1995, the power heuristic with exponent 2.
+
+    Written with the ratio of the densities: a light seen edge-on has an infinite density, whose square over itself is NaN.
+    """
+    ratio = other / own
+    return dr.select(dr.isfinite(ratio), 1.0 / (1.0 + ratio * ratio), 0.0)

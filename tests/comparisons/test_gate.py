@@ -121,7 +121,7 @@ def test_an_exposure_that_cannot_be_fitted_is_refused(factor: float, message: st
         (Estimate(1.0, 0.8, 1.2), 0.5, 0.95, 1600),
         (Estimate(1.0, 0.8, 1.2), 1.1, 2.0, 400),
         (Estimate(0.0, 0.0, 0.4), None, 0.2, 400),
-        (Estimate(1.0, 0.6, 1.0), None, 0.8, 400),
+        (Estimate(1.0, 0.6, 1.0), None, 0.7, 1600),
     ],
     ids=["max above", "max below", "min", "nearer bound", "past max", "past min", "clipped", "noise only adds"],
 )

@@ -36,7 +36,7 @@ def test_a_sheet_is_open_along_its_rim() -> None:
 
 def test_two_solids_that_touch_along_an_edge_are_closed() -> None:
     box = procedural.box((1.0, 1.0, 1.0))
-    beside = (box.positions + [1, 1, 0]).astype(np.float32)
+    beside = box.positions + np.array([1, 1, 0], dtype=np.float32)
     both = procedural.make_surface(
         np.concatenate([box.positions, beside]),
         np.concatenate([box.normals, box.normals]),
@@ -65,7 +65,7 @@ def test_convex_solids() -> None:
 def test_what_is_not_a_convex_solid() -> None:
     box = procedural.box((1.0, 2.0, 3.0))
     assert not is_convex(procedural.torus_knot(2, 3, 1.0, 0.2, 64, 8))
-    assert not is_convex(procedural.displaced_icosphere(1.0, 0.2, 3.0, 0, 4))
+    assert not is_convex(procedural.displaced_icosphere(1.0, 0.2, 8.0, 0, 4))
     assert not is_convex(procedural.rectangle((1.0, 1.0)))
     assert not is_convex(replace(box, faces=box.faces[2:]))
     assert not is_convex(replace(box, faces=box.faces[:, ::-1]))
