@@ -1,4 +1,6 @@
-"""Progress for people: a bar on a terminal, plain lines elsewhere. Returns text and callbacks; prints through its writer."""
+"""Progress for people: a bar on a terminal, plain lines elsewhere. Returns text and callbacks; prints through its
+writer.
+"""
 
 import sys
 import time

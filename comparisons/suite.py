@@ -1,4 +1,6 @@
-"""Run checks: draw, ask for as much truth as the verdict needs, judge. A check whose inputs have not changed is not run again."""
+"""Run checks: draw, ask for as much truth as the verdict needs, judge. A check whose inputs have not changed is not
+run again.
+"""
 
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, replace
@@ -248,7 +250,9 @@ def error_scale(criteria: Iterable[CriterionResult], samples: Samples) -> float:
 
 
 def exit_status(results: Iterable[CheckResult]) -> int:
-    """0 all pass, 1 a budget exceeded, 2 inconclusive, 3 bad input, 4 environment or render error, no check at all too."""
+    """0 all pass, 1 a budget exceeded, 2 inconclusive, 3 bad input, 4 environment or render error, no check at all
+    too.
+    """
     found = list(results)
     verdict = worst(r.verdict for r in found)
     if verdict is Verdict.ERROR:

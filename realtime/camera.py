@@ -62,8 +62,12 @@ def unit(vector: Float64) -> Float64:
 
 
 def basis_along(forward: Float64) -> tuple[Float64, Float64]:
-    """Some right and up that complete `forward` to a basis with right x up = -forward."""
-    helper = np.array([0.0, 1.0, 0.0]) if abs(forward[1]) < 0.9 else np.array([1.0, 0.0, 0.0])
+    """Some right and up that complete `forward` to a basis with right x up = -forward.
+
+    The helper is chosen in float32, so that glsl/lib/shadow.glsl chooses the same.
+    """
+    steep = np.float32(abs(forward[1])) >= np.float32(0.9)
+    helper = np.array([1.0, 0.0, 0.0]) if steep else np.array([0.0, 1.0, 0.0])
     right = unit(np.cross(forward, helper))
     return right, np.cross(right, forward)
 

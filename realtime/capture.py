@@ -1,12 +1,15 @@
 """The surroundings of the subject as surfels: captured in a cube map at its centre, lit, reduced, bounced.
 
-The talk's idea (GeForce 7800 demos, "Indirect Lighting") with what it leaves out: shadows, the lights' physical falloff, and
-the light that has bounced more than once. The bounces are radiosity among the captured texels, so no second capture is needed.
+The talk's idea (GeForce 7800 demos, "Indirect Lighting") with what it leaves out: shadows, the lights' physical
+falloff, and the light that has bounced more than once. The bounces are radiosity among the captured texels, so no
+second capture is needed.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +19,9 @@ from realtime.graph import Pass
 from realtime.shadows import lights_pass, shadow_pass
 from realtime.sky import sky_pixels
 from scenes.features import Features
+
+if TYPE_CHECKING:
+    import moderngl
 
 FLOATS_A_SURFEL = 16
 BOUNCES_LEFT = 1e-3
@@ -34,7 +40,7 @@ def bounces_for(brightest_reflectance: float) -> int:
 
 
 def surfel_passes(features: Features, side: int, block: int, shadow_side: int, facets: int) -> list[Pass]:
-    """Everything up to `surfels` and what each of them reflects (`reflected`).
+    """Everything up to the lit surfels of the surroundings: `surfels`, and in `lit` what each of them reflects so far.
 
     Parameters
     ----------
@@ -44,26 +50,41 @@ def surfel_passes(features: Features, side: int, block: int, shadow_side: int, f
     facets : pieces that each emitting surface is cut into
     """
     unlit = "" if features.has_local_or_directional_lights else "no emitter but the sky: nothing casts a shadow map"
-    dark = "" if features.brightest_reflectance > 0 else "the surroundings reflect nothing"
     return [
         lights_pass(facets),
         shadow_pass(shadow_side, skip=unlit),
-        Pass("capture", lambda f: _capture(f, side), writes=("cube_position", "cube_normal", "cube_albedo")),
-        Pass(
-            "relight",
-            _relight,
-            reads=("lights", "cube_position"),
-            uses=("shadow_atlas", "light_buffer"),
-            writes=("cube_radiance",),
-        ),
-        Pass(
-            "reduce",
-            lambda f: _reduce(f, block),
-            reads=("cube_position", "cube_radiance"),
-            writes=("surfels", "reflected"),
-        ),
-        Pass("bounce", _bounce, reads=("surfels", "reflected"), writes=("reflected",), skip=dark),
+        Pass("capture", lambda f: _capture(f, side), writes=("cube",)),
+        Pass("relight", _relight, reads=("lights", "cube"), uses=("shadow_atlas",), writes=("cube_radiance",)),
+        Pass("reduce", lambda f: _reduce(f, block), reads=("cube", "cube_radiance"), writes=("surfels",)),
     ]
+
+
+def bounce_pass(features: Features) -> Pass:
+    """Let the light bounce between all surfels until little is left."""
+    dark = "" if features.brightest_reflectance > 0 else "the surroundings reflect nothing"
+    return Pass("bounce", _bounce, reads=("surfels",), uses=("visibility",), writes=("reflected",), skip=dark)
+
+
+@dataclass(frozen=True)
+class Surfels:
+    """`buffer` holds `count` surfels, the first `surroundings` of them from the cube, the rest of the subject.
+
+    `closed` is 1 where the cube sees no sky.
+    """
+
+    buffer: moderngl.Buffer
+    count: int
+    surroundings: int
+    closed: float
+
+    def uniforms(self) -> dict[str, float]:
+        """What the shaders that read surfels need to know."""
+        return {"surfel_count": self.count, "surroundings": self.surroundings, "closed": self.closed}
+
+    def radiance(self, frame: Frame) -> moderngl.Buffer:
+        """What each surfel reflects of the direct light alone (the sky: what it emits), as vec4."""
+        data = np.frombuffer(self.buffer.read(), dtype=np.float32).reshape(self.count, 4, 4)
+        return frame.context.buffer(np.ascontiguousarray(data[:, 3]).tobytes())
 
 
 def _capture(frame: Frame, side: int) -> None:
@@ -78,55 +99,68 @@ def _capture(frame: Frame, side: int) -> None:
     for face, camera in enumerate(cube_cameras(frame.subject_centre, 1e-3 * radius, 3 * radius)):
         framebuffer.viewport = (face * side, 0, side, side)
         frame.draw(shader, camera, is_environment)
-    frame.resources |= dict(zip(("cube_position", "cube_normal", "cube_albedo"), targets, strict=True))
+    frame.resources["cube"] = targets
+
+
+def bind_lights(frame: Frame) -> dict[str, float]:
+    """Bind what indirect/direct_light.glsl reads; returns its uniforms."""
+    count = len(frame.resources["lights"])
+    if count:
+        frame.resources["shadow_atlas"].use(3)
+        frame.resources["light_buffer"].bind_to_storage_buffer(3)
+    return {"light_count": count, "scene_radius": frame.bounds[1]}
 
 
 def _relight(frame: Frame) -> None:
-    resources = frame.resources
-    size = resources["cube_position"].size
-    radiance = frame.texture(size, 4)
-    for unit, name in enumerate(("cube_position", "cube_normal", "cube_albedo", "shadow_atlas")):
-        if name in resources:
-            resources[name].use(unit)
-    count = len(resources["lights"])
-    if count:
-        resources["light_buffer"].bind_to_storage_buffer(0)
+    cube = frame.resources["cube"]
+    radiance = frame.texture(cube[0].size, 4)
+    for unit, texture in enumerate(cube):
+        texture.use(unit)
     radiance.bind_to_image(0, read=False, write=True)
-    shader = frame.program("indirect/relight.comp")
-    frame.dispatch(shader, *size, light_count=count, scene_radius=frame.bounds[1])
-    resources["cube_radiance"] = radiance
+    frame.dispatch(frame.program("indirect/relight.comp"), *radiance.size, **bind_lights(frame))
+    frame.resources["cube_radiance"] = radiance
 
 
 def _reduce(frame: Frame, block: int) -> None:
     resources, context = frame.resources, frame.context
-    side = resources["cube_position"].height
-    count = 6 * (side // block) ** 2
-    for unit, name in enumerate(("cube_position", "cube_normal", "cube_albedo", "cube_radiance")):
-        resources[name].use(unit)
+    for unit, texture in enumerate((*resources["cube"], resources["cube_radiance"])):
+        texture.use(unit)
+    count = 6 * (resources["cube_radiance"].height // block) ** 2
     pixels = sky_pixels(frame.scene)
     sky = context.texture((pixels.shape[1], pixels.shape[0]), 3, pixels.tobytes(), dtype="f4")
     sky.filter = (context.LINEAR, context.LINEAR)
     sky.use(4)
-    surfels = context.buffer(reserve=count * FLOATS_A_SURFEL * 4)
-    surfels.bind_to_storage_buffer(0)
+    buffer = context.buffer(reserve=count * FLOATS_A_SURFEL * 4)
+    buffer.bind_to_storage_buffer(0)
     shader = frame.program("indirect/reduce.comp", BLOCK=block)
     frame.dispatch(shader, count, group=(64, 1), centre=tuple(frame.subject_centre), surfel_count=count)
-    resources["surfels"] = surfels
-    data = np.frombuffer(surfels.read(), dtype=np.float32).reshape(count, 4, 4)
-    resources["closed"] = float(np.all(data[:, 0, 3] > 0))
-    resources["reflected"] = context.buffer(np.ascontiguousarray(data[:, 3]).tobytes())
-    resources["surfel_count"] = count
+    areas = np.frombuffer(buffer.read(), dtype=np.float32).reshape(count, FLOATS_A_SURFEL)[:, 3]
+    resources["surfels"] = Surfels(buffer, count, count, float(np.all(areas > 0)))
 
 
 def _bounce(frame: Frame) -> None:
-    resources, context = frame.resources, frame.context
-    count = resources["surfel_count"]
-    before, after = resources["reflected"], context.buffer(reserve=count * 16)
-    resources["surfels"].bind_to_storage_buffer(0)
-    shader = frame.program("indirect/bounce.comp")
+    surfels: Surfels = frame.resources["surfels"]
+    before, after = surfels.radiance(frame), frame.context.buffer(reserve=surfels.count * 16)
+    surfels.buffer.bind_to_storage_buffer(0)
+    visibility = frame.resources.get("visibility")
+    uniforms = surfels.uniforms()
+    if visibility is not None:
+        visibility.bits.bind_to_storage_buffer(6)
+        uniforms["words"] = visibility.words
+    defines = {"SELF": 1} if visibility is not None else {}
+    shader = frame.program("indirect/bounce.comp", **defines)
     for _ in range(bounces_for(frame.features.brightest_reflectance)):
         before.bind_to_storage_buffer(1)
         after.bind_to_storage_buffer(2)
-        frame.dispatch(shader, count, group=(64, 1), surfel_count=count, closed=resources["closed"])
+        frame.dispatch(shader, surfels.count, group=(64, 1), **uniforms)
         before, after = after, before
-    resources["reflected"] = before
+    frame.resources["reflected"] = before
+
+
+def reflected(frame: Frame) -> moderngl.Buffer:
+    """What each surfel reflects after the bounces, or without any if they were skipped."""
+    if "reflected" in frame.resources:
+        bounced: moderngl.Buffer = frame.resources["reflected"]
+        return bounced
+    surfels: Surfels = frame.resources["surfels"]
+    return surfels.radiance(frame)

@@ -9,7 +9,8 @@ from typing import Any
 class Pass:
     """One step of a frame.
 
-    `reads` must be written by an earlier pass that runs; `uses` may be absent. A pass with a reason in `skip` does not run.
+    `reads` must be written by an earlier pass that runs; `uses` may be absent. A pass with a reason in `skip` does not
+    run.
     """
 
     name: str

@@ -27,7 +27,7 @@ def shadow_pass(side: int, skip: str = "") -> Pass:
         "shadow atlas",
         lambda frame: _draw(frame, side),
         reads=("lights",),
-        writes=("shadow_atlas", "light_buffer"),
+        writes=("shadow_atlas",),
         skip=skip,
     )
 

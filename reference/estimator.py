@@ -1,9 +1,9 @@
 """The truth of a quantity for a scene, as independent blocks with their samples counted.
 
-A sampled truth is ACCUMULATORS independent images of equally many samples. They are never averaged here: their spread is
-what every error bar is made of. Blocks are of 4, 4, 8, 16, ... samples a pixel and accumulator, so that doubling the
-samples adds one block, and none is rendered twice. Each accumulator of each block has its own seed, hashed to 32 bits:
-consecutive seeds of Mitsuba's samplers repeat each other's noise, shifted by a pixel.
+A sampled truth is ACCUMULATORS independent images of equally many samples. They are never averaged here: their spread
+is what every error bar is made of. Blocks are of 4, 4, 8, 16, ... samples a pixel and accumulator, so that doubling
+the samples adds one block, and none is rendered twice. Each accumulator of each block has its own seed, hashed to 32
+bits: consecutive seeds of Mitsuba's samplers repeat each other's noise, shifted by a pixel.
 """
 
 import hashlib

@@ -45,7 +45,9 @@ def build_stage(mi: ModuleType, scene: Scene, meshes: tuple[Mesh, ...], pinhole:
 
 
 def pixel_grid(width: int, rows: range, side: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Film positions of a regular `side` x `side` grid in each pixel of some rows, pixel-major: two arrays (rows * width * side²,)."""
+    """Film positions of a regular `side` x `side` grid in each pixel of some rows, pixel-major: two arrays (rows *
+    width * side²,).
+    """
     offsets = (np.arange(side) + 0.5) / side
     y, x, v, u = np.meshgrid(np.asarray(rows), np.arange(width), offsets, offsets, indexing="ij")
     return (x + u).astype(np.float32).ravel(), (y + v).astype(np.float32).ravel()

@@ -1,7 +1,8 @@
 """Content-addressed storage of truth: one folder for each thing that a truth depends on, one EXR for each block in it.
 
 A block is written once, atomically, and never changed; samples merge by adding blocks. A run that is cut off therefore
-loses the block in flight and nothing else, and a block whose pixels no longer match their checksum is dropped and rendered anew.
+loses the block in flight and nothing else, and a block whose pixels no longer match their checksum is dropped and
+rendered anew.
 """
 
 import json

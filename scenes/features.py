@@ -30,7 +30,9 @@ class Features:
     has_thin_lens: bool
     subject_is_convex: bool
     brightest_reflectance: float
-    """Highest reflectance of the environment: bounds how fast its interreflections die out. 1 where a texture hides it."""
+    """Highest reflectance of the environment: bounds how fast its interreflections die out. 1 where a texture hides
+    it.
+    """
 
     @property
     def has_local_or_directional_lights(self) -> bool:

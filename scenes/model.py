@@ -1,7 +1,7 @@
 """A scene as data: what is seen, by which sensor, under which light, and which checks it must pass.
 
-Everything is frozen and strict: an unknown key, a wrong type, a NaN or an infinity is an error. Lengths are metres, angles
-carry the suffix `_deg`, colours are linear RGB with Rec. 709 primaries. Axes are right-handed with +Y up.
+Everything is frozen and strict: an unknown key, a wrong type, a NaN or an infinity is an error. Lengths are metres,
+angles carry the suffix `_deg`, colours are linear RGB with Rec. 709 primaries. Axes are right-handed with +Y up.
 """
 
 from pathlib import Path
@@ -138,8 +138,8 @@ WallName = Literal["left", "right", "floor", "ceiling", "back", "front"]
 
 
 class Room(ShapeBase):
-    """A box seen from inside (faces inward). `walls` gives single walls (left -x, right +x, floor -y, ceiling +y, back -z,
-    front +z) a material of their own.
+    """A box seen from inside (faces inward). `walls` gives single walls (left -x, right +x, floor -y, ceiling +y, back
+    -z, front +z) a material of their own.
     """
 
     type: Literal["room"]

@@ -1,49 +1,115 @@
-"""The captured surroundings as surface elements that each shaded point gathers from its own place."""
+"""The captured surroundings as surface elements that each point of the subject gathers from its own place."""
 
 from collections.abc import Mapping
 
+from realtime.capture import Surfels, bounce_pass, reflected
 from realtime.frame import Frame
 from realtime.gbuffer import gbuffer_pass, resolve_pass
 from realtime.graph import Pass
-from realtime.technique import Technique
+from realtime.subject import Visibility, subject_passes
+from realtime.technique import Parameter, Technique
 from realtime.techniques.indirect_probe import CAPTURE, captured
 from scenes.features import Features
 from scenes.model import Scene, SettingValue
 
+SUBJECT_SURFELS = Parameter("subject_surfels", 512, (64, 128, 256, 512, 1024), "surfels on each mesh of the subject")
+
 
 def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
+    convex = "the subject is convex: what a point receives is gathered at every pixel"
+    bumpy = "the subject is not convex: what a point receives is gathered at the vertices, past the subject itself"
     return [
         gbuffer_pass(),
         *captured(features, settings),
-        Pass("gather", _gather, reads=("position", "normal", "albedo", "surfels", "reflected"), writes=("shaded",)),
+        *subject_passes(features, int(settings[SUBJECT_SURFELS.name])),
+        bounce_pass(features),
+        Pass(
+            "gather",
+            _gather,
+            reads=("position", "normal", "albedo", "surfels"),
+            uses=("reflected",),
+            writes=("shaded",),
+            skip="" if features.subject_is_convex else bumpy,
+        ),
+        Pass(
+            "gather at vertices",
+            _gather_vertices,
+            reads=("surfels", "visibility"),
+            uses=("reflected",),
+            writes=("received",),
+            skip=convex if features.subject_is_convex else "",
+        ),
+        Pass(
+            "draw received",
+            _draw_received,
+            reads=("received",),
+            writes=("shaded",),
+            skip=convex if features.subject_is_convex else "",
+        ),
         resolve_pass("shaded"),
     ]
 
 
 def _gather(frame: Frame) -> None:
     resources = frame.resources
+    surfels: Surfels = resources["surfels"]
     shaded = frame.texture(frame.size, 4)
     for unit, name in enumerate(("position", "normal", "albedo")):
         resources[name].use(unit)
-    resources["surfels"].bind_to_storage_buffer(0)
-    resources["reflected"].bind_to_storage_buffer(1)
+    surfels.buffer.bind_to_storage_buffer(0)
+    reflected(frame).bind_to_storage_buffer(1)
     shaded.bind_to_image(0, read=False, write=True)
-    shader = frame.program("indirect/gather.comp")
-    frame.dispatch(shader, *frame.size, surfel_count=resources["surfel_count"], closed=resources["closed"])
+    frame.dispatch(frame.program("indirect/gather.comp"), *frame.size, **surfels.uniforms())
     resources["shaded"] = shaded
+
+
+def _gather_vertices(frame: Frame) -> None:
+    surfels: Surfels = frame.resources["surfels"]
+    visibility: Visibility = frame.resources["visibility"]
+    received = frame.context.buffer(reserve=visibility.vertices * 16)
+    surfels.buffer.bind_to_storage_buffer(0)
+    reflected(frame).bind_to_storage_buffer(1)
+    visibility.receivers.bind_to_storage_buffer(2)
+    received.bind_to_storage_buffer(4)
+    visibility.bits.bind_to_storage_buffer(6)
+    frame.dispatch(
+        frame.program("indirect/gather_vertices.comp"),
+        visibility.vertices,
+        group=(64, 1),
+        first=visibility.count - visibility.vertices,
+        receiver_count=visibility.count,
+        words=visibility.words,
+        **surfels.uniforms(),
+    )
+    frame.resources["received"] = received
+
+
+def _draw_received(frame: Frame) -> None:
+    context = frame.context
+    shaded = frame.texture(frame.size, 4)
+    framebuffer = context.framebuffer([shaded], context.depth_renderbuffer(frame.size))
+    framebuffer.use()
+    framebuffer.clear()
+    context.enable_only(context.DEPTH_TEST)
+    frame.draw(
+        frame.program("indirect/received.vert", "indirect/received.frag"),
+        frame.camera,
+        received=frame.resources["received"],
+    )
+    frame.resources["shaded"] = shaded
 
 
 TECHNIQUES = {
     "indirect.irradiance": Technique(
         name="indirect.irradiance",
         approximates="indirect_radiance",
-        summary="the captured cube as surface elements, gathered by every shaded point from where it is itself",
+        summary="the captured cube as surface elements, gathered by every point of the subject from where it is itself",
         source="wallace-1989",
         limits=(
-            "What the cube does not see from the subject's centre does not shine; the subject neither shades itself nor "
-            "reflects onto itself; bounces leak through what stands between two surfaces that the cube sees."
+            "What the cube does not see from the subject's centre does not shine; bounces leak through what stands between "
+            "two surfaces that the cube sees. What a subject that is not convex receives is interpolated between its vertices."
         ),
         passes=_passes,
-        parameters=CAPTURE,
+        parameters=(*CAPTURE, SUBJECT_SURFELS),
     )
 }

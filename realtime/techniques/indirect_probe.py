@@ -1,8 +1,10 @@
-"""One irradiance probe at the subject's centre: spherical harmonics of the bounced surroundings, looked up by the normal."""
+"""One irradiance probe at the subject's centre: spherical harmonics of the bounced surroundings, looked up by the
+normal.
+"""
 
 from collections.abc import Mapping
 
-from realtime.capture import surfel_passes
+from realtime.capture import Surfels, bounce_pass, reflected, surfel_passes
 from realtime.frame import Frame
 from realtime.gbuffer import gbuffer_pass, resolve_pass
 from realtime.graph import Pass
@@ -20,7 +22,7 @@ CAPTURE = (
 
 
 def captured(features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
-    """The passes up to the bounced surfels, as the settings of CAPTURE say.
+    """The passes up to the lit surfels of the surroundings, as the settings of CAPTURE say.
 
     Raises
     ------
@@ -40,21 +42,22 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
     return [
         gbuffer_pass(),
         *captured(features, settings),
-        Pass("project", _project, reads=("surfels", "reflected"), writes=("coefficients",)),
+        bounce_pass(features),
+        Pass("project", _project, reads=("surfels",), uses=("reflected",), writes=("coefficients",)),
         Pass("probe", _shade, reads=("normal", "albedo", "coefficients"), writes=("shaded",)),
         resolve_pass("shaded"),
     ]
 
 
 def _project(frame: Frame) -> None:
-    resources = frame.resources
+    surfels: Surfels = frame.resources["surfels"]
     coefficients = frame.context.buffer(reserve=9 * 16)
-    resources["surfels"].bind_to_storage_buffer(0)
-    resources["reflected"].bind_to_storage_buffer(1)
+    surfels.buffer.bind_to_storage_buffer(0)
+    reflected(frame).bind_to_storage_buffer(1)
     coefficients.bind_to_storage_buffer(2)
     shader = frame.program("indirect/project.comp")
-    frame.dispatch(shader, 9, group=(9, 1), surfel_count=resources["surfel_count"], centre=tuple(frame.subject_centre))
-    resources["coefficients"] = coefficients
+    frame.dispatch(shader, 9, group=(9, 1), centre=tuple(frame.subject_centre), **surfels.uniforms())
+    frame.resources["coefficients"] = coefficients
 
 
 def _shade(frame: Frame) -> None:
@@ -72,11 +75,11 @@ TECHNIQUES = {
     "indirect.probe": Technique(
         name="indirect.probe",
         approximates="indirect_radiance",
-        summary="one probe at the subject's centre: shadowed and bounced surroundings as SH irradiance, looked up by the normal",
+        summary="one probe at the subject's centre: bounced surroundings as SH irradiance, looked up by the normal",
         source="ramamoorthi-2001",
         limits=(
-            "Every point of the subject is treated as if it were at its centre; the subject neither shades itself nor reflects "
-            "onto itself; bounces leak through what stands between two surfaces that the cube sees."
+            "Every point of the subject is treated as if it were at its centre; the subject neither shades itself nor "
+            "reflects onto itself; bounces leak through what stands between two surfaces that the cube sees."
         ),
         passes=_passes,
         parameters=CAPTURE,

@@ -1,8 +1,9 @@
 """Indirect light as NVIDIA's talk on the GeForce 7800 GTX demos ("Luna", "Mad Mod Mike", 2005) publishes it.
 
 A 96² cube map of the surroundings without the character, drawn at its belly with a simplified shader; blurred in three
-passes; looked up with `N + C * rel_pos`. The talk's lights have colours without a radiometric scale and without falloff: the
-colour of a light is set here so that the direct light at the character's centre, albedo * N.L * colour, is physically right.
+passes; looked up with `N + C * rel_pos`. The talk's lights have colours without a radiometric scale and without
+falloff: the colour of a light is set here so that the direct light at the character's centre, albedo * N.L * colour,
+is physically right.
 """
 
 from __future__ import annotations

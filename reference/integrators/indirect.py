@@ -7,7 +7,9 @@ import drjit as dr
 from reference.stage import Stage
 
 RUSSIAN_ROULETTE_FROM = 5
-"""Bounces that are always traced. Paths end by chance after that; their survivors are weighted up, so nothing is lost."""
+"""Bounces that are always traced. Paths end by chance after that; their survivors are weighted up, so nothing is
+lost.
+"""
 
 SURVIVAL_AT_MOST = 0.95
 """Bounds the length of a path in a white furnace, where throughput never falls."""
@@ -74,7 +76,8 @@ def _loop(mi: Any, scene: Any, is_subject: Any, sampler: Any, ray: Any, active: 
 def _power(own: Any, other: Any) -> Any:
     """Veach & Guibas 1995, the power heuristic with exponent 2.
 
-    Written with the ratio of the densities: a light seen edge-on has an infinite density, whose square over itself is NaN.
+    Written with the ratio of the densities: a light seen edge-on has an infinite density, whose square over itself is
+    NaN.
     """
     ratio = other / own
     return dr.select(dr.isfinite(ratio), 1.0 / (1.0 + ratio * ratio), 0.0)

@@ -1,8 +1,8 @@
 """What a pixel sees, by ray casts: depth, normal, albedo, and how much of the pixel the subject covers.
 
-Each value is the mean over a regular grid of GRID x GRID positions in the pixel. Both sides use that grid, so their images
-agree to rounding wherever camera, geometry and materials agree: this is the parity that must hold before any radiance is
-compared. Positions that see nothing count as 0.
+Each value is the mean over a regular grid of GRID x GRID positions in the pixel. Both sides use that grid, so their
+images agree to rounding wherever camera, geometry and materials agree: this is the parity that must hold before any
+radiance is compared. Positions that see nothing count as 0.
 """
 
 from collections.abc import Callable

@@ -1,15 +1,15 @@
 """Indirect diffuse light: radiance that reaches the sensor from the subject after at least one bounce elsewhere.
 
-The truth counts the light paths  emitter -> surface -> ... -> subject -> sensor  with one surface or more between emitter
-and subject. Light that falls on the subject straight from an emitter (also from a constant or image environment) is direct
-light and left out; so is what the subject emits itself. It is defined at pixels that the subject covers completely, seen
-through a pinhole: edges are the business of parity, blur that of defocus.
+The truth counts the light paths  emitter -> surface -> ... -> subject -> sensor  with one surface or more between
+emitter and subject. Light that falls on the subject straight from an emitter (also from a constant or image
+environment) is direct light and left out; so is what the subject emits itself. It is defined at pixels that the
+subject covers completely, seen through a pinhole: edges are the business of parity, blur that of defocus.
 
 Equation (Kajiya 1986, "The Rendering Equation", unrolled): with x1 the point seen, throughput beta_k and the direct
 radiance L_dir of emitters at a vertex,
     L_indirect = sum over k >= 2 of beta_k L_dir(x_k).
-L_dir is estimated by emitter and BSDF sampling, combined by the balance of their densities (Veach & Guibas 1995, "Optimally
-Combining Sampling Techniques for Monte Carlo Rendering", power heuristic).
+L_dir is estimated by emitter and BSDF sampling, combined by the balance of their densities (Veach & Guibas 1995,
+"Optimally Combining Sampling Techniques for Monte Carlo Rendering", power heuristic).
 """
 
 import numpy as np

@@ -95,7 +95,7 @@ def test_checksum_covers_shape_pixels_and_provenance() -> None:
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_damaged_byte_is_noticed_or_harmless(tmp_path: Path, data: st.DataObject) -> None:
-    """Some bytes of the header mean nothing to the pixels; damage to our attribute's name loses all of the provenance."""
+    """Some bytes of the header mean nothing to the pixels; damage to the attribute's name loses all the provenance."""
     path = tmp_path / "image.exr"
     write_exr(path, Image(PIXELS, PROVENANCE))
     content = bytearray(path.read_bytes())

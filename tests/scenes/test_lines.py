@@ -2,7 +2,7 @@ import tomllib
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes.lines import KeyPath, key_lines, line_of
@@ -133,6 +133,7 @@ def written(value: Any) -> str:
             return repr(value)
 
 
+@settings(max_examples=60, deadline=None)
 @given(st.dictionaries(keys, values, max_size=5))
 def test_any_document_has_a_line_for_each_path_in_order(document: dict[str, Any]) -> None:
     starts = {}

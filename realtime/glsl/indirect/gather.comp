@@ -1,8 +1,7 @@
 #version 430
-// Each sample of the subject adds up the surfels as surface elements seen from where it is itself, so a cube that was
-// captured at one place serves every place: E = sum of L_i pi F_i, outgoing radiance = albedo / pi * E.
-#include "lib/lambert.glsl"
-#include "lib/surfels.glsl"
+// Each sample of a convex subject adds up the surroundings as surface elements seen from where it is itself, so a cube that was
+// captured at one place serves every place. The sky's own light is direct light and left out.
+#include "lib/receive.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0) uniform sampler2D position_map;
 layout(binding = 1) uniform sampler2D normal_map;
@@ -10,7 +9,7 @@ layout(binding = 2) uniform sampler2D albedo_map;
 layout(binding = 0, rgba32f) writeonly uniform image2D shaded;
 layout(std430, binding = 0) readonly buffer Surfels { Surfel surfels[]; };
 layout(std430, binding = 1) readonly buffer Reflected { vec4 reflected[]; };
-uniform int surfel_count;
+uniform int surroundings;
 uniform float closed;
 
 void main() {
@@ -24,16 +23,12 @@ void main() {
     vec3 position = texelFetch(position_map, pixel, 0).xyz;
     vec3 received = vec3(0.0);
     float sum = 0.0;
-    for (int i = 0; i < surfel_count; ++i) {
+    for (int i = 0; i < surroundings; ++i) {
         Surfel s = surfels[i];
-        if (s.position_area.w == 0.0) {
-            sum += max(dot(normal.xyz, s.position_area.xyz), 0.0) * s.normal_solid_angle.w / PI;
-            continue;
-        }
-        float factor = disk_form_factor(normal.xyz, s.position_area.xyz - position, s.normal_solid_angle.xyz, s.position_area.w);
-        received += reflected[i].rgb * factor;
+        float factor = surfel_factor(s, position, normal.xyz);
+        if (s.position_area.w > 0.0) received += reflected[i].rgb * factor;
         sum += factor;
     }
-    float scale = mix(max(sum, 1.0), max(sum, 1e-6), closed);
-    imageStore(shaded, pixel, vec4(texelFetch(albedo_map, pixel, 0).rgb * received / scale, 1.0));
+    vec3 albedo = texelFetch(albedo_map, pixel, 0).rgb;
+    imageStore(shaded, pixel, vec4(albedo * received / closure_scale(sum, closed), 1.0));
 }

@@ -6,13 +6,13 @@ layout(local_size_x = 9) in;
 layout(std430, binding = 0) readonly buffer Surfels { Surfel surfels[]; };
 layout(std430, binding = 1) readonly buffer Reflected { vec4 reflected[]; };
 layout(std430, binding = 2) writeonly buffer Coefficients { vec4 coefficients[]; };
-uniform int surfel_count;
+uniform int surroundings;
 uniform vec3 centre;
 
 void main() {
     int k = int(gl_LocalInvocationID.x);
     vec3 sum = vec3(0.0);
-    for (int i = 0; i < surfel_count; ++i) {
+    for (int i = 0; i < surroundings; ++i) {
         Surfel s = surfels[i];
         if (s.position_area.w == 0.0) continue;
         vec3 d = normalize(s.position_area.xyz - centre);

@@ -1,0 +1,76 @@
+"""What the tests of several packages share: small scenes, and each renderer started once."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from scenes.load import load_scene
+from scenes.model import Scene
+
+if TYPE_CHECKING:
+    import moderngl
+
+SMALL_ROOM: dict[str, Any] = {
+    "title": "A ball in a small coloured room",
+    "subject": ["ball"],
+    "sensor": {
+        "type": "perspective",
+        "origin": [0.2, 0.3, 1.2],
+        "target": [0.1, 0.05, 0.0],
+        "fov_deg": 40.0,
+        "width": 16,
+        "height": 12,
+    },
+    "materials": {
+        "red": {"type": "diffuse", "reflectance": [0.6, 0.15, 0.1]},
+        "white": {"type": "diffuse", "reflectance": [0.7, 0.7, 0.7]},
+        "skin": {"type": "diffuse", "reflectance": [0.6, 0.5, 0.4]},
+    },
+    "shapes": [
+        {"name": "room", "type": "room", "size": [3.0, 2.5, 3.0], "material": "white", "walls": {"left": "red"}},
+        {"name": "ball", "type": "sphere", "radius": 0.3, "detail": 3, "position": [0.1, 0.0, 0.0], "material": "skin"},
+    ],
+    "emitters": [{"type": "point", "position": [0.7, 0.9, 0.8], "intensity": [6.0, 5.0, 4.0]}],
+}
+
+
+def toml_of(value: Any) -> str:
+    """A value as it stands on the right-hand side of a TOML key."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {toml_of(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(toml_of, value)) + "]"
+    return json.dumps(value)
+
+
+@pytest.fixture
+def make_scene(tmp_path: Path) -> Callable[..., Scene]:
+    """Makes SMALL_ROOM with some of its top-level keys replaced, through a TOML file in the test's own folder."""
+
+    def make(**overrides: Any) -> Scene:
+        path = tmp_path / "scene.toml"
+        lines = [f"{key} = {toml_of(value)}" for key, value in (SMALL_ROOM | overrides).items()]
+        path.write_text("\n".join(lines), encoding="utf-8")
+        return load_scene(path)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def gl() -> "moderngl.Context":
+    """The one OpenGL context of the session: a second one would silently become the current one."""
+    from realtime.context import make_context
+
+    return make_context()
+
+
+@pytest.fixture(scope="session")
+def mi(pytestconfig: pytest.Config) -> ModuleType:
+    """Mitsuba, with its compiled kernels kept from one session to the next."""
+    from reference.start import mitsuba
+
+    return mitsuba(pytestconfig.cache.mkdir("kernels") if pytestconfig.cache else None)

@@ -1,0 +1,59 @@
+from pathlib import Path
+
+import numpy as np
+import PIL.Image
+import pytest
+
+import scenes.load
+from scenes.geometry import is_convex
+from scenes.library.assets import figurine, tiles
+from scenes.mesh import Surface
+from scenes.mesh_files import load_mesh
+from scenes.topology import signed_volume
+
+ASSETS = scenes.load.LIBRARY / "assets"
+
+
+@pytest.fixture(scope="module")
+def figure() -> Surface:
+    return load_mesh(ASSETS / "figurine.ply", "smooth", closed=True)
+
+
+def test_the_figurine_is_what_its_script_makes(tmp_path: Path) -> None:
+    figurine.write(tmp_path / "figurine.ply")
+    made, kept = (load_mesh(folder / "figurine.ply", "smooth", closed=True) for folder in (tmp_path, ASSETS))
+    assert made.positions.shape == kept.positions.shape
+    assert made.faces.shape == kept.faces.shape
+    np.testing.assert_allclose(made.positions[made.faces], kept.positions[kept.faces], atol=1e-5)
+
+
+def test_the_figurine_is_a_small_solid_of_height_1_about_the_origin(figure: Surface) -> None:
+    assert (ASSETS / "figurine.ply").stat().st_size < 200_000
+    assert 3000 <= len(figure.faces) <= 5000
+    low, high = figure.positions.min(axis=0), figure.positions.max(axis=0)
+    np.testing.assert_allclose(high - low, [high[0] - low[0], 1, high[2] - low[2]], atol=1e-6)
+    np.testing.assert_allclose(low + high, 0, atol=1e-6)
+    assert signed_volume(figure) > 0
+    assert not is_convex(figure)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_no_mirror_image_of_the_figurine_looks_like_itself(figure: Surface, axis: int) -> None:
+    mirrored = figure.positions.copy()
+    mirrored[:, axis] *= -1
+    distances = np.linalg.norm(mirrored[:, None] - figure.positions[None], axis=2).min(axis=1)
+    assert distances.max() > 0.05
+
+
+def test_the_tiles_are_what_their_script_makes() -> None:
+    with PIL.Image.open(ASSETS / "tiles.png") as file:
+        kept = np.asarray(file)
+    np.testing.assert_array_equal(kept, tiles.tiles())
+
+
+def test_no_mirroring_or_turning_of_the_tiles_looks_like_them() -> None:
+    image = tiles.tiles().astype(int)
+    turned = [np.rot90(image, k) for k in (1, 2, 3)]
+    mirrored = [np.rot90(image[:, ::-1], k) for k in (0, 1, 2, 3)]
+    for other in (*turned, *mirrored):
+        assert np.abs(other - image).mean() > 10
