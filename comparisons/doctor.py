@@ -49,11 +49,7 @@ def findings(store: Path) -> Iterator[Finding]:
 def _graphics() -> str:
     from realtime.context import make_context, renderer_name
 
-    context = make_context()
-    try:
-        return renderer_name(context)
-    finally:
-        context.release()
+    return renderer_name(make_context())
 
 
 def _mitsuba() -> str:

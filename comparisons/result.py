@@ -34,6 +34,7 @@ class CheckResult:
     integrator: dict[str, str] = field(default_factory=dict)
     images: dict[str, str] = field(default_factory=dict)
     error_scale: float | None = None
+    error_smoothing_px: float = 0.0
     exposure_display: float | None = None
     gl_renderer: str = ""
     exit_status: int = 0

@@ -26,8 +26,11 @@ from scenes.errors import InputError, LightgaugeError, NoCompiler, NoGraphics
 from scenes.image import Float32
 from scenes.model import Check, Scene
 
-FIRST_SPP = 64
-"""Samples a pixel of the first look at a verdict: 4 for each accumulator. Every further look doubles them."""
+FIRST_SPP = 256
+"""Samples a pixel of the first look at a verdict: 16 for each accumulator. Every further look doubles them."""
+
+SMOOTHING_PX = 1.5
+"""Error pictures of a sampled truth are averaged that far: it cuts the noise of a single pixel to a fifth."""
 
 ERROR_RANGE = 2.0
 """Error pictures reach this many times the budget: what has the outermost colour is clearly beyond it."""
@@ -181,6 +184,7 @@ class _Runner:
         scale = error_scale(criteria, samples)
         shown = exposure_for(samples.mean, truth.mask) if display_of(check.quantity) in ("radiance", "depth") else 1.0
         folder = self.cache.folder(scene, check)
+        smoothing = 0.0 if truth.is_exact else SMOOTHING_PX
         pictures = write_pictures(
             folder,
             "picture",
@@ -190,6 +194,7 @@ class _Runner:
             shown,
             scale,
             display_of(check.quantity),
+            smoothing,
         )
         return replace(
             self._empty(check),
@@ -204,6 +209,7 @@ class _Runner:
             integrator=asdict(truth.integrator),
             images={name: str((folder / path).relative_to(self.store.root)) for name, path in pictures.items()},
             error_scale=scale,
+            error_smoothing_px=smoothing,
             exposure_display=shown,
             gl_renderer=rendering.image.provenance["renderer"],
         )

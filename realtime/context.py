@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import cache
 from typing import TYPE_CHECKING
 
 from scenes.errors import NoGraphics
@@ -20,8 +21,12 @@ _WHAT_TO_DO = (
 )
 
 
+@cache
 def make_context() -> moderngl.Context:
-    """An off-screen OpenGL context.
+    """The off-screen OpenGL context of this process.
+
+    There is only one: objects that the garbage collector deletes are deleted by number in whichever context is current, so
+    with two of them the images of one lose their textures to the other's clean-up.
 
     Raises
     ------

@@ -34,7 +34,7 @@ ACCUMULATORS = 16
 """Independent images: enough for a variance that is itself known to about 18 %."""
 
 FIRST_BLOCK = 4
-"""Samples a pixel of the first block of an accumulator: a 2 x 2 stratification."""
+"""Samples a pixel of the first block of an accumulator."""
 
 LARGEST_BLOCK = 256
 """Samples a pixel of the largest block: float32 sums of more than 1024 are biased."""
@@ -112,17 +112,8 @@ def block_sizes(spp_each: int) -> Iterator[int]:
         done += size
 
 
-def stratified_part(spp: int) -> int:
-    """The largest power of four that divides a power of two: samplers stratify a pixel into a square number of cells.
-
-    >>> [stratified_part(n) for n in (4, 8, 16, 32)]
-    [4, 4, 16, 16]
-    """
-    return 4 ** ((spp.bit_length() - 1) // 2)
-
-
 def seed_of(key: str, *launch: int) -> int:
-    """A 32-bit seed for a launch (block, accumulator, repeat, part) that no other launch shares but by chance."""
+    """A 32-bit seed for a launch (block, accumulator, part) that no other launch shares but by chance."""
     digest = hashlib.sha256("/".join([key, *map(str, launch)]).encode()).digest()
     return int.from_bytes(digest[:4], "big")
 
@@ -213,18 +204,12 @@ class Reference:
         assert render is not None
         stage = self._stage
         parts = np.array_split(pixels, -(-len(pixels) * spp // PATHS_A_LAUNCH))
-        strata = stratified_part(spp)
         start = time.perf_counter()
         rows: list[Float64] = []
         for k in range(ACCUMULATORS):
             self.progress(f"{self.scene.name}: {found.name}, block {index} of {spp} spp", k / ACCUMULATORS)
-            repeats = [
-                np.concatenate(
-                    [render(stage, p, seed_of(shelf.key, index, k, r, i), strata) for i, p in enumerate(parts)]
-                )
-                for r in range(spp // strata)
-            ]
-            rows.append(np.mean(repeats, axis=0))
+            seeds = [seed_of(shelf.key, index, k, part) for part in range(len(parts))]
+            rows.append(np.concatenate([render(stage, p, s, spp) for p, s in zip(parts, seeds, strict=True)]))
         image = checked(np.stack(rows).astype(np.float32), f"{self.scene.name}, {found.name}, block {index}")
         return Image(image, self._provenance(shelf, found, {"seconds": time.perf_counter() - start, "spp": spp}))
 

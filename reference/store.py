@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from scenes.digest import digest_of
-from scenes.errors import CorruptImage, InputError
+from scenes.errors import ImageError, InputError
 from scenes.exr import read_exr, write_exr
 from scenes.image import Image
 
@@ -61,10 +61,14 @@ class Shelf:
         self.store.touched.add(path)
         if path.exists():
             try:
-                return read_exr(path)
-            except CorruptImage as error:
-                path.unlink(missing_ok=True)
-                self.store.notes.append(f"{error} It was dropped and rendered anew.")
+                found = read_exr(path)
+                if found.provenance:
+                    return found
+                fault = f"{path}: the note about its origin is missing."
+            except ImageError as error:
+                fault = str(error)
+            path.unlink(missing_ok=True)
+            self.store.notes.append(f"Dropped from the store and rendered anew: {fault}")
         image = render()
         write_exr(path, image)
         return image

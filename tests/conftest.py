@@ -6,10 +6,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 from scenes.load import load_scene
 from scenes.model import Scene
+from scenes.procedural import icosphere
 
 if TYPE_CHECKING:
     import moderngl
@@ -56,6 +58,22 @@ def make_scene(tmp_path: Path) -> Callable[..., Scene]:
         lines = [f"{key} = {toml_of(value)}" for key, value in (SMALL_ROOM | overrides).items()]
         path.write_text("\n".join(lines), encoding="utf-8")
         return load_scene(path)
+
+    return make
+
+
+@pytest.fixture
+def make_cavity(tmp_path: Path) -> Callable[..., dict[str, Any]]:
+    """Makes the shape of a sphere seen from inside, with the area of the true one: an integrating sphere."""
+
+    def make(radius: float, material: str, detail: int = 4) -> dict[str, Any]:
+        directions, faces = icosphere(detail)
+        corners = directions[faces]
+        area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+        positions = radius * np.sqrt(4 * np.pi / area) * directions
+        lines = [f"v {x} {y} {z}" for x, y, z in positions] + [f"f {c} {b} {a}" for a, b, c in faces + 1]
+        (tmp_path / "cavity.obj").write_text("\n".join(lines), encoding="ascii")
+        return {"name": "cavity", "type": "mesh", "path": "cavity.obj", "material": material}
 
     return make
 

@@ -39,6 +39,7 @@ def write_pictures(
     exposure: float,
     error_scale: float,
     display: Display = "radiance",
+    smoothing: float = 0.0,
 ) -> dict[str, str]:
     """Write `images/STEM-realtime.png`, `-truth.png` and `-error.png` under `folder`, one picture pixel an image pixel.
 
@@ -58,6 +59,8 @@ def write_pictures(
         The error, in the unit of the quantity, that gets the colour map's outermost colours.
     display : Display
         How values become visible: see `visible`.
+    smoothing : float
+        Standard deviation in pixels of the Gaussian that averages the error map, for a truth whose pixels are noisy.
 
     Returns
     -------
@@ -73,7 +76,7 @@ def write_pictures(
     pictures = {
         "realtime": _bytes(visible(test, exposure, display), mask),
         "truth": _bytes(visible(truth, exposure, display), mask),
-        "error": error_map(test, truth, mask, error_scale),
+        "error": error_map(test, truth, mask, error_scale, smoothing),
     }
     (folder / "images").mkdir(parents=True, exist_ok=True)
     paths = {name: f"images/{stem}-{name}.png" for name in pictures}
@@ -96,19 +99,31 @@ def visible(pixels: Float32, exposure: float, display: Display) -> Float64:
     return np.clip(pixels.astype(np.float64) * scale + offset, 0, 1)
 
 
-def error_map(test: Float32, truth: Float32, mask: Bool, error_scale: float) -> Bytes:
+def error_map(test: Float32, truth: Float32, mask: Bool, error_scale: float, smoothing: float = 0.0) -> Bytes:
     """Colour the channel mean of `test - truth`: blue is too dark, white is right, red is too bright, (H, W, 3) bytes.
 
     The colours span +-`error_scale` and clip outside. Unjudged pixels are dark grey, those without a value magenta.
     """
     with np.errstate(invalid="ignore"):
         error = (test.astype(np.float64) - truth.astype(np.float64)).mean(axis=2)
+    if smoothing > 0:
+        error = _smoothed(error, mask, smoothing)
     stops = np.array([_rgb(colour) for colour in DIVERGING], dtype=np.float64)
     positions = np.linspace(-error_scale, error_scale, len(stops))
     coloured = np.stack([np.interp(error, positions, stops[:, channel]) for channel in range(3)], axis=2)
     coloured[~np.isfinite(error)] = _rgb(NOT_A_NUMBER)
     coloured[~mask] = _rgb(NOT_JUDGED)
     return _quantised(coloured)
+
+
+def _smoothed(error: Float64, mask: Bool, sigma: float) -> Float64:
+    """Gaussian mean over the judged pixels around each one; those that have no value keep none."""
+    from scipy.ndimage import gaussian_filter
+
+    weight = (mask & np.isfinite(error)).astype(np.float64)
+    total = gaussian_filter(np.where(weight > 0, error, 0.0), sigma)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(np.isfinite(error), total / gaussian_filter(weight, sigma), error)
 
 
 def _bytes(shown: Float64, mask: Bool) -> Bytes:

@@ -1,0 +1,80 @@
+import importlib.metadata
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from reference.start import VARIANT, choose_llvm, mitsuba, packaged_llvm
+from scenes.errors import NoCompiler
+
+
+def without_package(name: str) -> Any:
+    raise importlib.metadata.PackageNotFoundError(name)
+
+
+def test_the_packaged_llvm_is_chosen_unless_another_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DRJIT_LIBLLVM_PATH", raising=False)
+    found = choose_llvm()
+    assert found == packaged_llvm()
+    assert found.is_file()
+    monkeypatch.setenv("DRJIT_LIBLLVM_PATH", str(found))
+    assert choose_llvm() == found
+
+
+def test_without_package_and_setting_there_is_no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DRJIT_LIBLLVM_PATH", raising=False)
+    monkeypatch.setattr("importlib.metadata.files", without_package)
+    with pytest.raises(NoCompiler, match="karellen-llvm-core is not installed.*make setup") as caught:
+        choose_llvm()
+    assert caught.value.exit_status == 4
+    assert "\n" not in str(caught.value)
+
+
+def test_a_package_without_its_library_counts_as_absent(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DRJIT_LIBLLVM_PATH", raising=False)
+    monkeypatch.setattr("importlib.metadata.files", lambda name: [])
+    assert packaged_llvm() is None
+    with pytest.raises(NoCompiler):
+        choose_llvm()
+
+
+def test_a_setting_that_names_no_file_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("DRJIT_LIBLLVM_PATH", str(tmp_path / "libLLVM.so"))
+    with pytest.raises(NoCompiler, match=r"libLLVM\.so', which is not a file"):
+        choose_llvm()
+
+
+def test_a_library_that_is_no_llvm_is_tried_elsewhere_and_refused(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """In a process of its own: an LLVM that is too old aborts."""
+    library = tmp_path / "libLLVM.so"
+    library.write_text("not a library", encoding="ascii")
+    monkeypatch.setenv("DRJIT_LIBLLVM_PATH", str(library))
+    with pytest.raises(NoCompiler, match="a test kernel failed with DRJIT_LIBLLVM_PATH"):
+        choose_llvm()
+
+
+def test_a_mitsuba_that_cannot_be_imported_is_no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DRJIT_LIBLLVM_PATH", "")
+    monkeypatch.setattr("reference.start.choose_llvm", lambda: Path("libLLVM.so"))
+    monkeypatch.setitem(sys.modules, "mitsuba", None)
+    with pytest.raises(NoCompiler, match="Mitsuba does not start.*libatomic1"):
+        mitsuba.__wrapped__()
+
+
+def test_mitsuba_starts_with_its_variant_and_library(mi: ModuleType) -> None:
+    assert mi.variant() == VARIANT
+    assert Path(os.environ["DRJIT_LIBLLVM_PATH"]).is_file()
+
+
+def test_asking_for_a_truth_that_is_stored_imports_no_renderer() -> None:
+    code = "import sys, reference.estimator, reference.quantities as q; [q.quantity(n) for n in q.MODULES];"
+    code += "print(*({'mitsuba', 'drjit', 'moderngl', 'realtime'} & set(sys.modules)))"
+    made = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr
+    assert made.stdout.split() == []
