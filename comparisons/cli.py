@@ -176,7 +176,8 @@ def _requests(options: argparse.Namespace) -> "list[Request]":
     kept = [r for r in requests if r.checks]
     if not kept:
         raise InputError(
-            f"No check of {', '.join(names)} contains '{options.keep}'. See `lightgauge list` and `lightgauge explain SCENE`."
+            f"No check of {', '.join(names)} contains '{options.keep}'. See `lightgauge list` and `lightgauge "
+            f"explain SCENE`."
         )
     return kept
 

@@ -1,4 +1,4 @@
-"""Does this machine have what lightgauge needs?"""
+"""Whether this machine has what lightgauge needs."""
 
 import importlib.metadata
 import platform
@@ -29,6 +29,7 @@ class Finding:
 
 
 def version_of(package: str) -> str:
+    """The installed version of a package, in words."""
     try:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:

@@ -41,6 +41,7 @@ def explanation(scene: Scene) -> Iterator[str]:
 
 
 def bounds_of(criterion: Criterion) -> str:
+    """A criterion as an inequality."""
     least = f"{criterion.min:g} <= " if criterion.min is not None else ""
     most = f" <= {criterion.max:g}" if criterion.max is not None else ""
     return f"{least}{criterion.metric}{most}"

@@ -41,7 +41,7 @@ QUANTITIES = frozenset(check.quantity for check in PARITY)
 
 
 def checks_of(scene: Scene) -> tuple[Check, ...]:
-    """All checks of a scene, parity first; a parity check that the scene spells out itself replaces the standard one."""
+    """All checks of a scene, parity first; one that the scene spells out itself replaces the standard one."""
     own = {(c.quantity, c.technique): c for c in scene.checks if c.quantity in QUANTITIES}
     parity = [own.pop((c.quantity, c.technique), c) for c in PARITY]
     return (*parity, *own.values(), *(c for c in scene.checks if c.quantity not in QUANTITIES))

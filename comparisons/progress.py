@@ -1,6 +1,4 @@
-"""Progress for people: a bar on a terminal, plain lines elsewhere. Returns text and callbacks; prints through its
-writer.
-"""
+"""Progress for people: a bar on a terminal, plain lines elsewhere."""
 
 import sys
 import time

@@ -68,10 +68,12 @@ def check_id(technique: str, settings: dict[str, Any], fit_exposure: bool) -> st
 
 
 def rerun_command(scene_argument: str, technique: str) -> str:
+    """What runs a check again."""
     return f"lightgauge run {scene_argument} -k {technique}"
 
 
 def card_of(technique: Technique) -> dict[str, str]:
+    """What a report says about a technique."""
     return {key: getattr(technique, key) for key in ("name", "summary", "source", "limits")}
 
 

@@ -33,7 +33,8 @@ def prepare_folder(folder: Path) -> None:
         probe.unlink()
     except OSError as error:
         raise InputError(
-            f"The output folder '{folder}' cannot be written to ({error.strerror}). It needs a folder that this user may "
+            f"The output folder '{folder}' cannot be written to ({error.strerror}). It needs a folder that this "
+            f"user may "
             "write to: name another with -o FOLDER."
         ) from error
 
@@ -62,6 +63,7 @@ def results_json(results: Iterable[CheckResult], started: str, seconds: float, n
 
 
 def environment(results: Iterable[CheckResult]) -> dict[str, Any]:
+    """Versions, machine and commit of a run."""
     renderers = sorted({r.gl_renderer for r in results if r.gl_renderer})
     return {
         **{name: version_of(name) for name in ("lightgauge", "mitsuba", "drjit", "moderngl", "numpy")},

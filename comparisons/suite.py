@@ -1,6 +1,4 @@
-"""Run checks: draw, ask for as much truth as the verdict needs, judge. A check whose inputs have not changed is not
-run again.
-"""
+"""Run checks: draw, ask for as much truth as the verdict needs, judge."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, replace
@@ -63,6 +61,7 @@ class Request:
 
 
 def id_of(check: Check) -> str:
+    """The name of a check within its scene."""
     return check_id(check.technique, dict(check.settings), check.fit_exposure)
 
 
@@ -85,7 +84,7 @@ def _faults(check: Check) -> Iterable[str]:
     attempts: list[Callable[[], Any]] = [
         lambda: quantity(check.quantity),
         lambda: technique(check.technique).settings(check.settings),
-        *(lambda name=c.metric: metric_named(name) for c in check.criteria),  # type: ignore[misc]
+        *(lambda name=c.metric: metric_named(name) for c in check.criteria),
     ]
     for attempt in attempts:
         try:
@@ -98,7 +97,8 @@ def _faults(check: Check) -> Iterable[str]:
         return
     if approximates != check.quantity:
         yield (
-            f"check {id_of(check)}: technique '{check.technique}' approximates '{approximates}', but the check asks for "
+            f"check {id_of(check)}: technique '{check.technique}' approximates '{approximates}', but the check "
+            f"asks for "
             f"'{check.quantity}'. Use one quantity for both."
         )
 
@@ -238,13 +238,15 @@ def _advice(verdict: Verdict, criteria: Iterable[CriterionResult], truth: Truth,
     needed = [spp_needed(c, truth.spp) for c in criteria if c.verdict is Verdict.INCONCLUSIVE]
     known = [n for n in needed if n is not None]
     if len(known) < len(needed):
-        return f"Undecided after {truth.spp} spp: a value lies too close to its bound for any affordable number of samples."
+        return f"Undecided after {truth.spp} spp: a value is too close to its bound for any affordable number of them."
     return f"Undecided after {truth.spp} spp (the scene allows {limit}): about {max(known)} spp would decide it."
 
 
 def error_scale(criteria: Iterable[CriterionResult], samples: Samples) -> float:
-    """The error that gets the outermost colour: ERROR_RANGE times the budget of the first criterion that has one in the
-    quantity's unit or relative to the truth, else a tenth of the truth's root mean square.
+    """The error that gets the outermost colour.
+
+    ERROR_RANGE times the budget of the first criterion that has one in the quantity's unit or relative to the truth,
+    else a tenth of the truth's root mean square.
     """
     mean = float(np.mean(np.abs(samples.masked)))
     rms = float(np.sqrt(np.mean(samples.masked.mean(axis=0) ** 2)))
@@ -256,9 +258,7 @@ def error_scale(criteria: Iterable[CriterionResult], samples: Samples) -> float:
 
 
 def exit_status(results: Iterable[CheckResult]) -> int:
-    """0 all pass, 1 a budget exceeded, 2 inconclusive, 3 bad input, 4 environment or render error, no check at all
-    too.
-    """
+    """Status of the process: 0 all pass, 1 a budget exceeded, 2 inconclusive, 3 bad input, 4 another error."""
     found = list(results)
     verdict = worst(r.verdict for r in found)
     if verdict is Verdict.ERROR:

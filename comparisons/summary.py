@@ -18,7 +18,8 @@ def line_of(result: CheckResult) -> str:
 
 def _numbers(c: CriterionResult, unit: str) -> str:
     value = format_metric(c.metric, c.value, unit)
-    return f"{c.metric} {value} {format_interval(c.metric, c.low, c.high)}, budget {format_bound(c.metric, c.min, c.max, unit)}"
+    budget = format_bound(c.metric, c.min, c.max, unit)
+    return f"{c.metric} {value} {format_interval(c.metric, c.low, c.high)}, budget {budget}"
 
 
 def closing_lines(results: Sequence[CheckResult], notes: Sequence[str], page: Path, seconds: float) -> Iterator[str]:

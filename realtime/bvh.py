@@ -15,7 +15,8 @@ TRIANGLES_A_LEAF = 4
 class Bvh:
     """Nodes in depth-first order.
 
-    nodes     : (N, 8) float32: lowest corner, the node to go on with if the box is missed; highest corner, minus one for
+    nodes     : (N, 8) float32: lowest corner, the node to go on with if the box is missed; highest corner, minus one
+    for
                 an inner node, else the leaf's first triangle times TRIANGLES_A_LEAF plus its count less one
     triangles : (T, 12) float32: a corner and two edges of each triangle, each padded to a vec4
     """

@@ -28,6 +28,7 @@ class Camera:
 
 
 def view_matrix(eye: Float64, forward: Float64, right: Float64, up: Float64) -> Float64:
+    """World space to a space whose axes are right, up and backward."""
     matrix = np.eye(4)
     matrix[:3, :3] = right, up, -forward
     matrix[:3, 3] = -matrix[:3, :3] @ eye
@@ -46,6 +47,7 @@ def perspective_matrix(tan_half_x: float, tan_half_y: float, near: float, far: f
 
 
 def orthographic_matrix(radius: float, near: float, far: float) -> Float64:
+    """Parallel projection of a square of half width `radius`."""
     return np.array(
         [
             [1 / radius, 0, 0, 0],
@@ -57,6 +59,7 @@ def orthographic_matrix(radius: float, near: float, far: float) -> Float64:
 
 
 def unit(vector: Float64) -> Float64:
+    """The vector at length 1."""
     normalised: Float64 = vector / np.linalg.norm(vector)
     return normalised
 

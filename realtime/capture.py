@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -77,7 +77,7 @@ class Surfels:
     surroundings: int
     closed: float
 
-    def uniforms(self) -> dict[str, float]:
+    def uniforms(self) -> dict[str, Any]:
         """What the shaders that read surfels need to know."""
         return {"surfel_count": self.count, "surroundings": self.surroundings, "closed": self.closed}
 
@@ -102,7 +102,7 @@ def _capture(frame: Frame, side: int) -> None:
     frame.resources["cube"] = targets
 
 
-def bind_lights(frame: Frame) -> dict[str, float]:
+def bind_lights(frame: Frame) -> dict[str, Any]:
     """Bind what indirect/direct_light.glsl reads; returns its uniforms."""
     count = len(frame.resources["lights"])
     if count:

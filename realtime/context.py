@@ -16,7 +16,8 @@ GL_VERSION = 430
 
 _WHAT_TO_DO = (
     "lightgauge draws off screen through EGL and needs OpenGL 4.3. On Debian or Ubuntu: "
-    "apt-get install --no-install-recommends libegl1 libgl1 libgl1-mesa-dri (a software renderer is enough). With several "
+    "apt-get install --no-install-recommends libegl1 libgl1 libgl1-mesa-dri (a software renderer is enough). "
+    "With several "
     "GPUs, GLCONTEXT_DEVICE_INDEX chooses one."
 )
 
@@ -25,8 +26,8 @@ _WHAT_TO_DO = (
 def make_context() -> moderngl.Context:
     """The off-screen OpenGL context of this process.
 
-    There is only one: objects that the garbage collector deletes are deleted by number in whichever context is current, so
-    with two of them the images of one lose their textures to the other's clean-up.
+    There is only one: objects that the garbage collector deletes are deleted by number in whichever context is
+    current, so with two of them the images of one lose their textures to the other's clean-up.
 
     Raises
     ------
@@ -36,7 +37,7 @@ def make_context() -> moderngl.Context:
     import moderngl
 
     try:
-        context = moderngl.create_context(standalone=True, backend="egl", require=GL_VERSION)
+        context = moderngl.create_context(standalone=True, require=GL_VERSION, backend="egl")  # type: ignore[arg-type]
     except Exception as error:  # moderngl raises bare Exceptions, whatever is missing
         raise NoGraphics(f"No OpenGL context could be made ({error}). {_WHAT_TO_DO}") from error
     context.gc_mode = "auto"
@@ -44,6 +45,7 @@ def make_context() -> moderngl.Context:
 
 
 def renderer_name(context: moderngl.Context) -> str:
+    """The driver in words."""
     return f"{context.info['GL_RENDERER']}, OpenGL {context.info['GL_VERSION']}"
 
 

@@ -64,7 +64,7 @@ class Frame:
         return made
 
     def dispatch(
-        self, shader: Any, width: int, height: int = 1, group: tuple[int, int] = (8, 8), **uniforms: Any
+        self, shader: Any, width: int, height: int = 1, *, group: tuple[int, int] = (8, 8), **uniforms: Any
     ) -> None:
         """Run a compute shader over width x height invocations."""
         set_uniforms(shader, **uniforms)
@@ -165,4 +165,5 @@ def columns(matrix: Float64) -> tuple[float, ...]:
 
 
 def is_environment(mesh: Mesh) -> bool:
+    """Whether a mesh is part of what surrounds the subject."""
     return not mesh.is_subject

@@ -5,11 +5,9 @@ from __future__ import annotations
 from realtime.frame import Frame
 from realtime.graph import Pass
 
-LARGEST_SIDE = 16384
-"""The largest texture that OpenGL 4.3 promises."""
-
 
 def gbuffer_pass() -> Pass:
+    """Write `position` (w: hit), `normal` (w: subject) and `albedo` (w: depth) of every sample."""
     return Pass("gbuffer", _draw, writes=("position", "normal", "albedo"))
 
 
@@ -25,6 +23,7 @@ def _draw(frame: Frame) -> None:
 
 
 def resolve_pass(source: str) -> Pass:
+    """Average a texture over the samples of each pixel into `image`."""
     return Pass("resolve", lambda frame: _resolve(frame, source), reads=(source,), writes=("image",))
 
 

@@ -13,9 +13,11 @@ POINT, FACET, PARALLEL = 0, 1, 2
 
 @dataclass(frozen=True)
 class Light:
-    """POINT: `place` is its position, `strength` its intensity [W/sr]. FACET: a piece of an emitting surface,
-    `strength` its radiance times its area [W/sr], shining to the side of `axis`. PARALLEL: `axis` is where the light
-    travels to, `strength` its irradiance [W/m²].
+    """A light small enough for one shadow map.
+
+    POINT: `place` is its position, `strength` its intensity [W/sr]. FACET: a piece of an emitting surface, `strength`
+    its radiance times its area [W/sr], shining to the side of `axis`. PARALLEL: `axis` is where the light travels to,
+    `strength` its irradiance [W/m²].
     """
 
     kind: int

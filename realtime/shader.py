@@ -93,7 +93,7 @@ def program(context: moderngl.Context, *names: str, defines: Mapping[str, int | 
     try:
         if "compute_shader" in stages:
             return context.compute_shader(stages["compute_shader"])
-        return context.program(**stages)
+        return context.program(**stages)  # type: ignore[arg-type]
     except Exception as error:  # moderngl's own error class lives behind its import
         log = str(error)
         for source in sources.values():

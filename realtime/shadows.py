@@ -14,6 +14,7 @@ FLOATS_A_LIGHT = 12
 
 
 def lights_pass(facets: int) -> Pass:
+    """List the lights; every emitting surface becomes `facets` of them."""
     return Pass("lights", lambda frame: _collect(frame, facets), writes=("lights",))
 
 
@@ -61,7 +62,7 @@ def _cameras(frame: Frame, light: Light) -> tuple[Camera, ...]:
 
 
 def _packed(frame: Frame, lights: list[Light]) -> Float32:
-    """Rows of three vec4: place and kind, axis and area, strength. PARALLEL lights store their camera's eye as place."""
+    """Rows of three vec4: place and kind, axis and area, strength. A PARALLEL light's place is its camera's eye."""
     centre, radius = frame.bounds
     packed = np.zeros((max(1, len(lights)), FLOATS_A_LIGHT), dtype=np.float32)
     for row, light in zip(packed, lights, strict=False):

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     import moderngl
 
 OFFSET = 2e-3
-"""Rays start this part of the subject's size above its surface, where the facets of a smooth mesh no longer hide them."""
+"""Rays start this part of the subject's size above its surface, where the facets of a smooth mesh no longer hide
+them.
+"""
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class Visibility:
 
 
 def subject_passes(features: Features, count: int) -> list[Pass]:
-    """Add `count` surfels of the subject to those of the surroundings; unless it is convex, find what it hides from itself."""
+    """Add `count` surfels of the subject, and unless it is convex find what it hides from itself."""
     convex = "the subject is convex: no point of it sees another" if features.subject_is_convex else ""
     return [
         Pass(

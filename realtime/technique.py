@@ -57,6 +57,7 @@ class Technique:
             number = isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool)
             if type(value) is not type(default) and not number:
                 raise InputError(
-                    f"Setting '{name}' of '{self.name}' is {value!r}; a {type(default).__name__} such as {default!r} is allowed."
+                    f"Setting '{name}' of '{self.name}' is {value!r}; a {type(default).__name__} such as "
+                    f"{default!r} is allowed."
                 )
         return {p.name: given.get(p.name, p.default) for p in self.parameters}

@@ -12,7 +12,7 @@ import importlib.metadata
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -147,8 +147,10 @@ class Reference:
         mask: Bool = coverage == 1
         if not mask.any():
             raise SceneError(
-                f"Scene '{self.scene.name}': the subject ({', '.join(self.scene.subject)}) covers no pixel completely. At "
-                "least one is needed: look whether the camera sees it, stands inside the room, and has enough resolution."
+                f"Scene '{self.scene.name}': the subject ({', '.join(self.scene.subject)}) covers no pixel "
+                f"completely. At "
+                "least one is needed: look whether the camera sees it, stands inside the room, and has enough "
+                "resolution."
             )
         return mask
 
@@ -191,7 +193,7 @@ class Reference:
         total = np.zeros((ACCUMULATORS, len(pixels), found.channels))
         seconds = 0.0
         for index, size in enumerate(sizes):
-            block = shelf.image(f"block-{index:03d}", lambda i=index, n=size: self._block(found, shelf, pixels, i, n))
+            block = shelf.image(f"block-{index:03d}", partial(self._block, found, shelf, pixels, index, size))
             total += size * block.pixels.astype(np.float64)
             seconds += block.provenance["seconds"]
         accumulators = np.zeros((ACCUMULATORS, *mask.shape, found.channels), dtype=np.float32)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
 from numpy.typing import NDArray
 
 from reference.stage import Stage
@@ -22,7 +23,7 @@ class Integrator:
 ExactRender = Callable[[Stage], Float32]
 """The whole image (H, W, C), free of noise."""
 
-BlockRender = Callable[[Stage, NDArray, int, int], Float64]
+BlockRender = Callable[[Stage, NDArray[np.int64], int, int], Float64]
 """Mean of `spp` samples at each of P pixels: (stage, flat pixel indices (P,), 32-bit seed, spp) -> (P, C)."""
 
 

@@ -38,6 +38,7 @@ class Stage:
 
 
 def build_stage(mi: ModuleType, scene: Scene, meshes: tuple[Mesh, ...], pinhole: bool = True) -> Stage:
+    """Load a scene; with `pinhole` a thin lens is reduced to its centre."""
     loaded = instantiate(mi, scene_dict(scene, meshes, pinhole))
     shapes = {shape.id(): shape for shape in loaded.shapes()}
     subject = tuple(shapes[f"mesh_{i}"] for i, mesh in enumerate(meshes) if mesh.is_subject)
@@ -45,8 +46,9 @@ def build_stage(mi: ModuleType, scene: Scene, meshes: tuple[Mesh, ...], pinhole:
 
 
 def pixel_grid(width: int, rows: range, side: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Film positions of a regular `side` x `side` grid in each pixel of some rows, pixel-major: two arrays (rows *
-    width * side²,).
+    """Film positions of a regular `side` x `side` grid in each pixel of some rows.
+
+    Returns x and y, each (rows * width * side²,), pixel after pixel.
     """
     offsets = (np.arange(side) + 0.5) / side
     y, x, v, u = np.meshgrid(np.asarray(rows), np.arange(width), offsets, offsets, indexing="ij")

@@ -46,7 +46,7 @@ def choose_llvm() -> Path:
         return packaged
     if not Path(wanted).is_file():
         raise NoCompiler(f"No usable LLVM: DRJIT_LIBLLVM_PATH is '{wanted}', which is not a file. {_WHAT_TO_DO}")
-    probe = "import mitsuba as mi; mi.set_variant('llvm_ad_rgb'); import drjit as dr; dr.eval(dr.minimum(mi.Float([1, 2]), 1))"
+    probe = f"import drjit, mitsuba as mi; mi.set_variant('{VARIANT}'); print(drjit.minimum(mi.Float([1, 2]), 1))"
     outcome = subprocess.run([sys.executable, "-c", probe], capture_output=True, timeout=120, check=False)
     if outcome.returncode != 0:
         raise NoCompiler(f"No usable LLVM: a test kernel failed with DRJIT_LIBLLVM_PATH='{wanted}'. {_WHAT_TO_DO}")
@@ -75,4 +75,5 @@ def mitsuba(kernel_cache: Path | None = None) -> ModuleType:
             f"Mitsuba does not start ({error}). {_WHAT_TO_DO} On Debian it also needs libatomic1."
         ) from error
     mitsuba.set_log_level(mitsuba.LogLevel.Error)
-    return mitsuba
+    started: ModuleType = mitsuba
+    return started

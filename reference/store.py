@@ -43,7 +43,8 @@ class Store:
                 write_text(description, json.dumps(parts, indent=1, sort_keys=True))
         except OSError as error:
             raise InputError(
-                f"The store '{self.root}' cannot be written to ({error.strerror or error}). It needs a folder that this "
+                f"The store '{self.root}' cannot be written to ({error.strerror or error}). It needs a folder "
+                f"that this "
                 "user may write to: free it, or name another with --store FOLDER."
             ) from error
         return Shelf(self, key, folder)

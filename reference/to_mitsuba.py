@@ -1,4 +1,4 @@
-"""A scene as Mitsuba's dictionary: first plain data that can be tested without rendering, then Mitsuba's own objects."""
+"""A scene as Mitsuba's dictionary: first plain data, testable without rendering, then Mitsuba's own objects."""
 
 from collections.abc import Callable, Iterable
 from types import ModuleType
@@ -26,6 +26,7 @@ Plain = dict[str, Any]
 
 
 def rgb(value: Rgb) -> Plain:
+    """A colour."""
     return {"type": "rgb", "value": list(value)}
 
 
@@ -52,6 +53,7 @@ def sensor_dict(sensor: Sensor, pinhole: bool) -> Plain:
 
 
 def bsdf_dict(material: Material, read_texture: Callable[[Texture], Float32]) -> Plain:
+    """A material, with textures left as linear arrays."""
     reflectance = material.reflectance
     if isinstance(reflectance, Texture):
         return {
@@ -147,7 +149,7 @@ def _mesh(mi: ModuleType, name: str, value: Plain) -> Any:
     parameters["vertex_positions"] = surface.positions.ravel()
     parameters["vertex_normals"] = surface.normals.ravel()
     # Mitsuba's bitmaps have v = 0 in their first row; the contract's v points up.
-    parameters["vertex_texcoords"] = (surface.uvs * np.float32([1, -1]) + np.float32([0, 1])).ravel()
+    parameters["vertex_texcoords"] = np.stack([surface.uvs[:, 0], 1 - surface.uvs[:, 1]], axis=1).ravel()
     parameters["faces"] = surface.faces.ravel()
     parameters.update()
     return mesh

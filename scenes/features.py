@@ -7,7 +7,6 @@ from scenes.mesh import Mesh
 from scenes.model import (
     AreaLight,
     ConstantLight,
-    Diffuse,
     DirectionalLight,
     DiskLight,
     EnvironmentLight,
@@ -40,6 +39,7 @@ class Features:
 
 
 def features_of(scene: Scene, meshes: tuple[Mesh, ...]) -> Features:
+    """Derive the features from the scene and its geometry."""
     kinds = [type(e) for e in scene.emitters]
     environment = [m.material.reflectance for m in meshes if not m.is_subject]
     subjects = [m for m in meshes if m.is_subject]
@@ -48,9 +48,7 @@ def features_of(scene: Scene, meshes: tuple[Mesh, ...]) -> Features:
         has_directional_lights=DirectionalLight in kinds,
         has_surface_lights=AreaLight in kinds or DiskLight in kinds,
         has_sky=ConstantLight in kinds or EnvironmentLight in kinds,
-        has_textures=any(
-            isinstance(m, Diffuse) and isinstance(m.reflectance, Texture) for m in scene.materials.values()
-        ),
+        has_textures=any(isinstance(m.reflectance, Texture) for m in scene.materials.values()),
         has_thin_lens=isinstance(scene.sensor, ThinLens),
         subject_is_convex=len(subjects) == 1 and is_convex(subjects[0].surface),
         brightest_reflectance=max((1.0 if isinstance(r, Texture) else max(r) for r in environment), default=0.0),

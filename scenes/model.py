@@ -138,8 +138,9 @@ WallName = Literal["left", "right", "floor", "ceiling", "back", "front"]
 
 
 class Room(ShapeBase):
-    """A box seen from inside (faces inward). `walls` gives single walls (left -x, right +x, floor -y, ceiling +y, back
-    -z, front +z) a material of their own.
+    """A box seen from inside: its faces point inward.
+
+    `walls` gives single walls a material of their own: left -x, right +x, floor -y, ceiling +y, back -z, front +z.
     """
 
     type: Literal["room"]
@@ -155,7 +156,7 @@ class Rectangle(ShapeBase):
 
 
 class MeshFile(ShapeBase):
-    """A triangle mesh from a PLY, OBJ, STL or GLB file, relative to the scene. `closed` demands a watertight surface."""
+    """Triangles from a PLY, OBJ, STL or GLB file relative to the scene; `closed` demands a watertight surface."""
 
     type: Literal["mesh"]
     path: str

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from comparisons.report.glance import Glance, glances_of
 from comparisons.report.numbers import (
     NARROW_SPACE,
     UNBROKEN,
@@ -81,6 +82,7 @@ class Page:
     counts: tuple[tuple[str, int], ...]
     checks: tuple[CheckView, ...]
     parity: tuple[CheckView, ...]
+    glances: tuple[Glance, ...]
     store_note: str
     summary: tuple[str, ...]
     environment: Mapping[str, str]
@@ -109,6 +111,7 @@ def page_of(results: Results) -> Page:
         counts=tuple((verdict, count) for verdict, count in counts.items() if count),
         checks=tuple(view for view in views if not view.parity),
         parity=tuple(view for view in views if view.parity),
+        glances=glances_of([(view.anchor, view.raw) for view in views if not view.parity]),
         store_note=results.get("store_note") or "",
         summary=_summary(results),
         environment={key: str(value) for key, value in (results.get("environment") or {}).items() if value is not None},

@@ -106,8 +106,10 @@ TECHNIQUES = {
         summary="the captured cube as surface elements, gathered by every point of the subject from where it is itself",
         source="wallace-1989",
         limits=(
-            "What the cube does not see from the subject's centre does not shine; bounces leak through what stands between "
-            "two surfaces that the cube sees. What a subject that is not convex receives is interpolated between its vertices."
+            "What the cube does not see from the subject's centre does not shine; bounces leak through what "
+            "stands between "
+            "two surfaces that the cube sees. What a subject that is not convex receives is interpolated between "
+            "its vertices."
         ),
         passes=_passes,
         parameters=(*CAPTURE, SUBJECT_SURFELS),

@@ -1,6 +1,4 @@
-"""One irradiance probe at the subject's centre: spherical harmonics of the bounced surroundings, looked up by the
-normal.
-"""
+"""One irradiance probe at the subject's centre, looked up by the normal."""
 
 from collections.abc import Mapping
 
@@ -32,7 +30,8 @@ def captured(features: Features, settings: Mapping[str, SettingValue]) -> list[P
     side, block, shadow_side, facets = (int(settings[p.name]) for p in CAPTURE)
     if min(side, block, shadow_side, facets) < 1 or side % block:
         raise InputError(
-            f"Found side = {side}, block = {block}, shadow_side = {shadow_side}, facets = {facets}; all must be positive and "
+            f"Found side = {side}, block = {block}, shadow_side = {shadow_side}, facets = {facets}; all must be "
+            f"positive and "
             "block must divide side, as 6 divides 96."
         )
     return surfel_passes(features, side, block, shadow_side, facets)

@@ -95,7 +95,7 @@ def _draw_cube(frame: Frame) -> None:
     side = int(settings["side"])
     centre = frame.subject_centre
     lights = two_lights(lights_of(frame.scene, frame.meshes, facets=64), centre)
-    scale = float(sum(color for _, color in lights).max()) or 1.0
+    scale = float(np.sum([color for _, color in lights], axis=0).max()) or 1.0
     points = np.concatenate([m.surface.positions for m in frame.meshes if is_environment(m)])
     farthest = float(np.linalg.norm(points - centre, axis=1).max())
     shader = frame.program("raster/mesh.vert", "indirect_talk/capture.frag")
@@ -177,7 +177,8 @@ TECHNIQUES = {
         summary="the talk's blurred 96² cube of the surroundings, looked up with N + C * rel_pos",
         source="nvidia-2005",
         limits=(
-            "As published: two lights without falloff or shadows, one bounce, 8 bits a channel, distance darkening to 20 %, a "
+            "As published: two lights without falloff or shadows, one bounce, 8 bits a channel, distance "
+            "darkening to 20 %, a "
             "kernel narrower than the cosine. A look, not a measurement: the talk tunes C and the brightness by eye."
         ),
         passes=_passes,

@@ -30,8 +30,8 @@ def indirect_block(stage: Stage, pixels: NDArray[np.int64], seed: int, spp: int)
     seed : 32-bit seed
     spp : samples a pixel
 
-    Samples are independent. Mitsuba's multijittered ones halve the variance, but are biased in short sequences: measured on
-    the library's large room against independent ones, -6.3 % with 4 samples and -0.7 % with 16.
+    Samples are independent. Mitsuba's multijittered ones halve the variance, but are biased in short sequences:
+    measured on the library's large room against independent ones, -6.3 % with 4 samples and -0.7 % with 16.
 
     Returns
     -------
@@ -56,7 +56,8 @@ def indirect_block(stage: Stage, pixels: NDArray[np.int64], seed: int, spp: int)
 def _integrator(scene: Scene) -> Integrator:
     return Integrator(
         "indirect-only path tracing",
-        "every material is diffuse and no medium is present; only the pixels that the subject covers are sampled, and the "
+        "every material is diffuse and no medium is present; only the pixels that the subject covers are "
+        "sampled, and the "
         "direct light is never traced",
     )
 

@@ -155,7 +155,9 @@ def sky_radiance(d: Float64) -> Float64:
 def test_an_environment_has_its_top_at_plus_y_and_its_middle_at_minus_z(
     make_scene: MakeScene, mi: ModuleType, tmp_path: Path
 ) -> None:
-    """As in glsl/lib/sky.glsl; with +X at three quarters of the width."""
+    """With +X at three quarters of the width, as in glsl/lib/sky.glsl. Mitsuba puts the middle of the first row, not its
+    edge, at the pole: expect half a row of difference there, 1.4 degrees.
+    """
     rows, columns = 64, 128
     v, u = np.meshgrid((np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns, indexing="ij")
     theta, phi = np.pi * v, 2 * np.pi * (u - 0.5)
@@ -168,7 +170,7 @@ def test_an_environment_has_its_top_at_plus_y_and_its_middle_at_minus_z(
     si = mi.SurfaceInteraction3f()
     si.wi = -mi.Vector3f(towards)
     found = np.array(stage.scene.environment().eval(si)).T
-    np.testing.assert_allclose(found, 1.5 * sky_radiance(towards.T.astype(float)), rtol=0.01)
+    np.testing.assert_allclose(found, 1.5 * sky_radiance(towards.T.astype(float)), rtol=0.02)
 
 
 def test_film_positions_are_regular_and_of_single_precision() -> None:

@@ -11,7 +11,7 @@ for (const chip of chips) chip.onclick = () => {
 
 // Sort a table by a column: the first press ascending, the second descending.
 const compare = (a, b) => (isFinite(a) && isFinite(b) ? a - b : a.localeCompare(b));
-for (const table of all("table.overview")) for (const heading of all("th", table)) heading.onclick = () => {
+for (const table of all("table.overview:not(.glance)")) for (const heading of all("th", table)) heading.onclick = () => {
   const column = heading.cellIndex, key = row => row.cells[column].dataset.sort ?? "";
   const up = heading.getAttribute("aria-sort") !== "ascending";
   for (const other of all("th", table)) other.removeAttribute("aria-sort");

@@ -1,0 +1,74 @@
+"""One row for each technique of a run: how wrong it is at best and at worst, where, how sure that is, what it costs."""
+
+import statistics
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from comparisons.report.numbers import format_interval, format_metric, format_seconds
+
+
+@dataclass(frozen=True)
+class Glance:
+    """`least` and `most` are the metric's values over the checks; `where` and `picture` belong to `most`."""
+
+    technique: str
+    how: str
+    checks: int
+    metric: str
+    least: str
+    most: str
+    interval: str
+    where: str
+    anchor: str
+    picture: str
+    realtime: str
+    truth: str
+
+
+def glances_of(checks: Sequence[tuple[str, Mapping[str, Any]]]) -> tuple[Glance, ...]:
+    """Rows in the order of their worst error, the largest first.
+
+    Parameters
+    ----------
+    checks : pairs of a check's anchor on the page and its results. Those without a measured criterion are left out.
+    """
+    groups: dict[tuple[str, bool, str], list[tuple[str, Mapping[str, Any]]]] = {}
+    for anchor, raw in checks:
+        first = next(iter(raw.get("criteria") or []), None)
+        if first is not None and first.get("value") is not None:
+            key = (raw["technique"], bool(raw.get("fit_exposure")), first["metric"])
+            groups.setdefault(key, []).append((anchor, raw))
+    ordered = sorted(groups.items(), key=lambda group: -max(_size(raw) for _, raw in group[1]))
+    return tuple(_row(key, members) for key, members in ordered)
+
+
+def _size(raw: Mapping[str, Any]) -> float:
+    return abs(float(raw["criteria"][0]["value"]))
+
+
+def _row(key: tuple[str, bool, str], members: Sequence[tuple[str, Mapping[str, Any]]]) -> Glance:
+    technique, fitted, metric = key
+    anchor, worst = max(members, key=lambda member: _size(member[1]))
+    best = min((raw for _, raw in members), key=_size)
+    first = worst["criteria"][0]
+    unit = worst.get("unit") or ""
+    return Glance(
+        technique=technique,
+        how="exposure fitted" if fitted else "",
+        checks=len(members),
+        metric=metric,
+        least=format_metric(metric, best["criteria"][0]["value"], unit),
+        most=format_metric(metric, first["value"], unit),
+        interval=format_interval(metric, first.get("low"), first.get("high")),
+        where=worst["scene"],
+        anchor=anchor,
+        picture=(worst.get("images") or {}).get("error") or "",
+        realtime=_median(members, "realtime"),
+        truth=_median(members, "reference"),
+    )
+
+
+def _median(members: Sequence[tuple[str, Mapping[str, Any]]], side: str) -> str:
+    known = [raw["seconds"][side] for _, raw in members if (raw.get("seconds") or {}).get(side) is not None]
+    return format_seconds(statistics.median(known) if known else None)
