@@ -5,6 +5,7 @@ from typing import Any
 
 from comparisons.gate import CriterionResult, Verdict
 from realtime.technique import Technique
+from scenes.bibliography import BIBLIOGRAPHY
 from scenes.model import Check, Scene
 
 SCHEMA = 1
@@ -73,8 +74,9 @@ def rerun_command(scene_argument: str, technique: str) -> str:
 
 
 def card_of(technique: Technique) -> dict[str, str]:
-    """What a report says about a technique."""
-    return {key: getattr(technique, key) for key in ("name", "summary", "source", "limits")}
+    """What a report says about a technique, its source spelt out."""
+    card = {key: getattr(technique, key) for key in ("name", "summary", "limits")}
+    return card | {"source": BIBLIOGRAPHY[technique.source]}
 
 
 def empty_result(scene: Scene, scene_argument: str, check: Check, technique: Technique, unit: str) -> CheckResult:

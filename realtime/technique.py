@@ -24,7 +24,7 @@ class Technique:
     """A real-time way to approximate one quantity.
 
     `passes` gets the scene, its features and the settings, and returns the passes in order; the last ones write
-    `image`. `channels` picks the quantity out of the four channels of `image`.
+    `image`. `source` is a key of the bibliography. `channels` picks the quantity out of the four channels of `image`.
     """
 
     name: str

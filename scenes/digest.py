@@ -4,6 +4,7 @@ import ast
 import hashlib
 import json
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,12 @@ def file_digest(path: Path) -> str:
 
 def code_digest(*paths: Path) -> str:
     """Digest of what Python files do: comments, docstrings and layout do not matter."""
-    return digest_of(*[_plain(_without_docstrings(ast.parse(path.read_bytes()))) for path in paths])
+    return digest_of(*[_digest_of_code(path.read_bytes()) for path in paths])
+
+
+@cache
+def _digest_of_code(source: bytes) -> str:
+    return digest_of(_plain(_without_docstrings(ast.parse(source))))
 
 
 def scene_parts(scene: Scene) -> dict[str, Any]:

@@ -12,7 +12,7 @@ def _raster(name: str, summary: str, source: str, channels: tuple[int, ...]) -> 
         name=f"raster.{name}",
         approximates=name,
         summary=summary,
-        source="OpenGL 4.6 specification, section 14.6",
+        source="opengl-4.6",
         limits=_LIMITS,
         passes=lambda scene, features, settings: [gbuffer_pass(), resolve_pass(source)],
         channels=channels,

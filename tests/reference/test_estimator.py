@@ -1,0 +1,278 @@
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from reference import estimator
+from reference.estimator import ACCUMULATORS, FIRST_BLOCK, LARGEST_BLOCK, Reference, block_sizes, seed_of, truth_parts
+from reference.quantities import quantity
+from reference.quantities.indirect import indirect_block
+from reference.quantity import BlockRender
+from reference.stage import Stage, build_stage
+from reference.store import Store
+from scenes.digest import digest_of
+from scenes.errors import RenderError
+from scenes.geometry import geometry_of
+from scenes.image import Float64
+from scenes.model import Scene
+
+MakeScene = Callable[..., Scene]
+MakeReference = Callable[..., Reference]
+INDIRECT = "indirect_radiance"
+
+
+def refuse(stage: Stage, pixels: NDArray[Any], seed: int, spp: int) -> Float64:
+    raise AssertionError("a block was rendered")
+
+
+def rendered_by(block: BlockRender, patch: pytest.MonkeyPatch) -> None:
+    """Let `block` render the indirect light."""
+    patch.setattr(estimator, "quantity", lambda name: replace(quantity(name), block=block) if name == INDIRECT else quantity(name))
+
+
+class Counting:
+    """Renders as ever and remembers the seeds; `fail_at` breaks the launch of that number off."""
+
+    def __init__(self, fail_at: int = -1) -> None:
+        self.seeds: list[int] = []
+        self.fail_at = fail_at
+
+    def __call__(self, stage: Stage, pixels: NDArray[Any], seed: int, spp: int) -> Float64:
+        if len(self.seeds) == self.fail_at:
+            raise KeyboardInterrupt
+        self.seeds.append(seed)
+        return indirect_block(stage, pixels, seed, spp)
+
+
+@given(st.integers(1, 5000))
+def test_blocks_reach_the_samples_asked_for_and_no_block_is_in_vain(spp: int) -> None:
+    sizes = list(block_sizes(spp))
+    assert sum(sizes) >= spp
+    assert sum(sizes[:-1]) < spp
+
+
+@given(st.integers(1, 5000))
+def test_blocks_are_powers_of_two_of_a_bounded_size(spp: int) -> None:
+    for size in block_sizes(spp):
+        assert FIRST_BLOCK <= size <= LARGEST_BLOCK
+        assert size & (size - 1) == 0
+
+
+@given(st.integers(1, 5000), st.integers(1, 5000))
+def test_more_samples_only_add_blocks(some: int, more: int) -> None:
+    few, many = sorted((list(block_sizes(some)), list(block_sizes(some + more))), key=len)
+    assert many[: len(few)] == few
+
+
+@pytest.mark.parametrize("doublings", range(7))
+def test_doubling_the_samples_adds_one_block(doublings: int) -> None:
+    spp = FIRST_BLOCK * 2**doublings
+    assert sum(block_sizes(spp)) == spp
+    assert len(list(block_sizes(2 * spp))) == len(list(block_sizes(spp))) + 1
+
+
+def test_the_examples_of_the_docstrings_hold() -> None:
+    import doctest
+
+    assert doctest.testmod(estimator) == (0, 1)
+
+
+def test_seeds_fill_32_bits_and_differ_from_launch_to_launch() -> None:
+    launches = [(block, k, part) for block in range(12) for k in range(ACCUMULATORS) for part in range(4)]
+    seeds = [seed_of("key", *launch) for launch in launches]
+    assert len(set(seeds)) == len(seeds)
+    assert max(seeds) < 2**32
+    assert np.mean(seeds) == pytest.approx(2**31, rel=0.1)
+    assert seed_of("key", 1, 11) != seed_of("key", 11, 1) != seed_of("yek", 11, 1)
+
+
+def test_each_launch_has_a_seed_of_its_own(
+    make_scene: MakeScene, reference: MakeReference, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counting = Counting()
+    rendered_by(counting, monkeypatch)
+    monkeypatch.setattr(estimator, "PATHS_A_LAUNCH", 256)
+    made = reference(make_scene())
+    parts = [-(-np.count_nonzero(made.subject_mask) * spp // 256) for spp in (4, 4)]
+    made.truth(INDIRECT, 128)
+    assert len(set(counting.seeds)) == len(counting.seeds) == ACCUMULATORS * sum(parts)
+    assert parts[0] > 1
+
+
+def test_the_same_seed_is_the_same_image_and_another_seed_another(make_scene: MakeScene, mi: ModuleType) -> None:
+    scene = make_scene()
+    stage = build_stage(mi, scene, geometry_of(scene))
+    first, again, other = (indirect_block(stage, np.array([100, 101]), seed, 16) for seed in (7, 7, 8))
+    np.testing.assert_array_equal(first, again)
+    assert (first != other).all()
+
+
+def test_truth_is_defined_where_the_subject_fills_the_pixel(make_scene: MakeScene, reference: MakeReference) -> None:
+    made = reference(make_scene())
+    truth = made.truth(INDIRECT, 64)
+    np.testing.assert_array_equal(truth.mask, made.truth("coverage", 0).accumulators[0, ..., 0] == 1)
+    assert truth.accumulators.shape == (ACCUMULATORS, 12, 16, 3)
+    assert (truth.accumulators[:, truth.mask].max(axis=(1, 2)) > 0).all()
+    assert not truth.accumulators[:, ~truth.mask].any()
+    assert (truth.spp, truth.is_exact) == (64, False)
+
+
+def test_accumulators_do_not_repeat_each_others_noise(make_scene: MakeScene, reference: MakeReference) -> None:
+    """Not even shifted by some pixels, as those of consecutive seeds would."""
+    sensor = make_scene().sensor.model_dump() | {"width": 40, "height": 40, "fov_deg": 18.0}
+    truth = reference(make_scene(sensor=sensor)).truth(INDIRECT, 64)
+    assert truth.mask.mean() > 0.9
+    noise = truth.accumulators.mean(axis=-1) - truth.accumulators.mean(axis=(0, -1))
+    noise[:, ~truth.mask] = 0
+    chance = 1 / np.sqrt(ACCUMULATORS * truth.mask.sum())
+    for shift in range(-3, 4):
+        moved = np.roll(noise, (1, shift), axis=(0, 2))
+        correlation = np.sum(noise * moved) / np.sum(noise * noise)
+        assert abs(correlation + (shift == 0) / (ACCUMULATORS - 1)) < 5 * chance
+
+
+def test_samples_merge_to_the_bit(make_scene: MakeScene, reference: MakeReference, tmp_path: Path) -> None:
+    scene = make_scene()
+    step_by_step = reference(scene, Store(tmp_path / "one"))
+    assert [step_by_step.truth(INDIRECT, spp).spp for spp in (64, 256)] == [64, 256]
+    grown = step_by_step.truth(INDIRECT, 512)
+    at_once = reference(scene, Store(tmp_path / "other")).truth(INDIRECT, 512)
+    assert grown.spp == at_once.spp == 512
+    np.testing.assert_array_equal(grown.accumulators, at_once.accumulators)
+
+
+def test_nothing_is_rendered_twice(
+    make_scene: MakeScene, reference: MakeReference, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = make_scene()
+    first = reference(scene).truth(INDIRECT, 128)
+    rendered_by(refuse, monkeypatch)
+    monkeypatch.setattr(estimator, "mitsuba", lambda cache: pytest.fail("Mitsuba was started"))
+    again = reference(scene).truth(INDIRECT, 128)
+    np.testing.assert_array_equal(first.accumulators, again.accumulators)
+    assert again.seconds == first.seconds
+    with pytest.raises(pytest.fail.Exception, match="Mitsuba was started"):
+        reference(scene).truth(INDIRECT, 256)
+
+
+def flipped(path: Path, position: float) -> None:
+    """Change a byte at a part of the file."""
+    content = bytearray(path.read_bytes())
+    content[int(position * (len(content) - 1))] ^= 0x5A
+    path.write_bytes(bytes(content))
+
+
+@pytest.mark.parametrize("position", [0.0, 0.3, 0.9, 1.0])
+def test_a_damaged_block_is_rendered_again_and_that_is_said(
+    make_scene: MakeScene, reference: MakeReference, tmp_path: Path, position: float
+) -> None:
+    scene = make_scene()
+    whole = reference(scene).truth(INDIRECT, 128)
+    store = Store(tmp_path / "store")
+    block = next((tmp_path / "store").rglob("block-001.exr"))
+    flipped(block, position)
+    mended = reference(scene, store).truth(INDIRECT, 128)
+    np.testing.assert_array_equal(mended.accumulators, whole.accumulators)
+    assert len(store.notes) == 1
+    assert "block-001.exr" in store.notes[0]
+    assert "rendered anew" in store.notes[0]
+
+
+@pytest.mark.parametrize("fail_at", [0, 5, ACCUMULATORS, ACCUMULATORS + 9])
+def test_an_interrupted_run_is_resumed_to_the_same_result(
+    make_scene: MakeScene, reference: MakeReference, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fail_at: int
+) -> None:
+    scene = make_scene()
+    expected = reference(scene, Store(tmp_path / "undisturbed")).truth(INDIRECT, 128)
+    with monkeypatch.context() as patch:
+        rendered_by(Counting(fail_at), patch)
+        with pytest.raises(KeyboardInterrupt):
+            reference(scene).truth(INDIRECT, 128)
+    blocks = sorted(p.name for p in (tmp_path / "store").rglob("*block-*"))
+    assert blocks == ["block-000.exr"][: fail_at // ACCUMULATORS]
+    counting = Counting()
+    rendered_by(counting, monkeypatch)
+    resumed = reference(scene).truth(INDIRECT, 128)
+    assert len(counting.seeds) == ACCUMULATORS * (2 - len(blocks))
+    np.testing.assert_array_equal(resumed.accumulators, expected.accumulators)
+
+
+def test_a_block_with_nan_is_an_error_and_is_not_kept(
+    make_scene: MakeScene, reference: MakeReference, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(stage: Stage, pixels: NDArray[Any], seed: int, spp: int) -> Float64:
+        values = np.ones((len(pixels), 3))
+        values[0] = np.nan
+        return values
+
+    rendered_by(broken, monkeypatch)
+    with pytest.raises(RenderError, match=f"indirect_radiance, block 0 has {3 * ACCUMULATORS} values"):
+        reference(make_scene()).truth(INDIRECT, 64)
+    assert not list((tmp_path / "store").rglob("block-*"))
+
+
+def key_of(scene: Scene, name: str = INDIRECT) -> str:
+    return digest_of(truth_parts(scene, name))
+
+
+SKIN = {"type": "diffuse", "reflectance": [0.6, 0.5, 0.41]}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        lambda plain: {"materials": plain["materials"] | {"skin": SKIN}},
+        lambda plain: {"sensor": plain["sensor"] | {"width": 17}},
+        lambda plain: {"sensor": plain["sensor"] | {"fov_axis": "y"}},
+        lambda plain: {"emitters": []},
+        lambda plain: {"shapes": plain["shapes"][::-1]},
+        lambda plain: {"subject": ["room"]},
+    ],
+    ids=["reflectance", "resolution", "fov axis", "lights", "order of shapes", "subject"],
+)
+def test_a_truth_depends_on_what_can_change_it(
+    make_scene: MakeScene, changes: Callable[[dict[str, Any]], dict[str, Any]]
+) -> None:
+    scene = make_scene()
+    plain = scene.model_dump(mode="json", include={"materials", "sensor", "shapes"})
+    assert key_of(make_scene(**changes(plain))) != key_of(scene)
+
+
+CHECK = {
+    "quantity": INDIRECT,
+    "technique": "indirect.talk",
+    "criteria": [{"metric": "nrmse", "max": 0.5, "reason": "only a test of keys"}],
+}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"title": "Another title"}, {"description": "Words"}, {"truth": {"max_spp": 1 << 20}}, {"checks": [CHECK]}],
+    ids=["title", "description", "limit", "checks"],
+)
+def test_a_truth_does_not_depend_on_words_and_budgets(make_scene: MakeScene, changes: dict[str, Any]) -> None:
+    assert key_of(make_scene()) == key_of(make_scene(**changes))
+
+
+def test_a_truth_depends_on_the_content_of_mesh_files_not_on_their_name(
+    make_scene: MakeScene, make_cavity: Callable[..., dict[str, Any]], tmp_path: Path
+) -> None:
+    ball = {"name": "ball", "type": "sphere", "material": "skin"}
+    cavity = make_cavity(3.0, "white", 1)
+    first = key_of(make_scene(shapes=[cavity, ball]))
+    (tmp_path / "cavity.obj").rename(tmp_path / "other.obj")
+    assert key_of(make_scene(shapes=[cavity | {"path": "other.obj"}, ball])) == first
+    make_cavity(3.1, "white", 1)
+    assert key_of(make_scene(shapes=[cavity, ball])) != first
+
+
+def test_quantities_have_keys_of_their_own(make_scene: MakeScene) -> None:
+    names = ("depth", "normal", "coverage", "albedo", INDIRECT)
+    assert len({key_of(make_scene(), name) for name in names}) == len(names)
