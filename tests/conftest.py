@@ -91,4 +91,4 @@ def mi(pytestconfig: pytest.Config) -> ModuleType:
     """Mitsuba, with its compiled kernels kept from one session to the next."""
     from reference.start import mitsuba
 
-    return mitsuba(pytestconfig.cache.mkdir("kernels") if pytestconfig.cache else None)
+    return mitsuba(pytestconfig.cache.mkdir("kernels"))

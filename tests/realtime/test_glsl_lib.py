@@ -37,11 +37,12 @@ def sphere_quadrature() -> tuple[Float64, Float64]:
     return np.stack([r * np.cos(phi), r * np.sin(phi), z], -1).reshape(-1, 3), np.repeat(wz, 16) * 2 * np.pi / 16
 
 
-def vec4(*columns: Any) -> Float64:
-    """Rows (N, 4) from columns of numbers or (N, k) arrays."""
-    count = max(len(np.atleast_1d(c)) for c in columns)
-    parts = [np.broadcast_to(np.reshape(c, (-1, np.shape(c)[1] if np.ndim(c) == 2 else 1)), (count, np.shape(c)[1] if np.ndim(c) == 2 else 1)) for c in columns]
-    return np.concatenate([*parts, np.zeros((count, 4 - sum(p.shape[1] for p in parts)))], axis=1)
+def vec4(xyz: NDArray[Any], w: float = 0.0) -> Float64:
+    """Rows (N, 4) from vectors (N, 3) or one vector, or from numbers (N,) as x."""
+    if xyz.ndim == 1 and len(xyz) != 3:
+        xyz = np.stack([xyz, np.zeros_like(xyz), np.zeros_like(xyz)], axis=1)
+    rows = np.atleast_2d(xyz)
+    return np.concatenate([rows, np.full((len(rows), 1), w)], axis=1)
 
 
 def test_the_form_factor_of_a_coaxial_disk_is_the_exact_one(glsl: Glsl) -> None:
@@ -78,7 +79,12 @@ def integrated_form_factor(normal: Float64, centre: Float64, source_normal: Floa
 
 @pytest.mark.parametrize(
     ("to_source", "source_normal"),
-    [((0.0, -1.0, 0.0, 0.0), DOWN), ((0.0, 1.0, 0.0, 0.0), UP), ((0.0, 0.0, 0.0, 0.0), DOWN), ((1.0, 0.0, 0.0, 0.0), DOWN)],
+    [
+        ((0.0, -1.0, 0.0, 0.0), DOWN),
+        ((0.0, 1.0, 0.0, 0.0), UP),
+        ((0.0, 0.0, 0.0, 0.0), DOWN),
+        ((1.0, 0.0, 0.0, 0.0), DOWN),
+    ],
     ids=["below the horizon", "seen from behind", "at the same place", "on the horizon"],
 )
 def test_a_disk_that_cannot_be_seen_has_no_form_factor(
@@ -163,7 +169,13 @@ def test_irradiance_of_a_facet_never_exceeds_that_of_its_radiance_all_around(gls
 
 
 def test_the_sky_has_its_top_at_plus_y_and_its_middle_at_minus_z(glsl: Glsl) -> None:
-    axes = {(0, 1, 0): (None, 0.0), (0, -1, 0): (None, 1.0), (0, 0, -1): (0.5, 0.5), (1, 0, 0): (0.75, 0.5), (-1, 0, 0): (0.25, 0.5)}
+    axes = {
+        (0, 1, 0): (None, 0.0),
+        (0, -1, 0): (None, 1.0),
+        (0, 0, -1): (0.5, 0.5),
+        (1, 0, 0): (0.75, 0.5),
+        (-1, 0, 0): (0.25, 0.5),
+    }
     made = glsl("lib/sky.glsl", "r[0].xy = sky_uv(2.0 * a[0].xyz);", vec4(np.array(list(axes), dtype=float))[:, None])
     for (u, v), found in zip(axes.values(), made[:, 0], strict=True):
         assert found[1] == pytest.approx(v, abs=1e-6)
@@ -189,7 +201,8 @@ def test_a_point_light_looks_up_its_shadow_where_its_cameras_draw(glsl: Glsl, rn
 
 
 @pytest.mark.parametrize(
-    "direction", [(0.3, -0.8, 0.1), (0, -1, 0), (0, 1, 0), (1, 0, 0), (0.3, -0.9, 0.3162277661), (0.3, -0.9, 0.3162277659)]
+    "direction",
+    [(0.3, -0.8, 0.1), (0, -1, 0), (0, 1, 0), (1, 0, 0), (0.3, -0.9, 0.3162277661), (0.3, -0.9, 0.3162277659)],
 )
 def test_parallel_light_looks_up_its_shadow_where_its_camera_draws(
     glsl: Glsl, rng: np.random.Generator, direction: tuple[float, ...]

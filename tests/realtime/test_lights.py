@@ -87,7 +87,13 @@ def test_every_emitter_but_the_sky_becomes_lights(make_scene: Callable[..., Scen
             {"type": "constant", "radiance": [1.0, 1.0, 1.0]},
             {"type": "point", "position": [0.0, 1.0, 0.5], "intensity": [1.0, 2.0, 3.0]},
             {"type": "directional", "direction": [0.0, -3.0, 4.0], "irradiance": [4.0, 5.0, 6.0]},
-            {"type": "disk", "position": [0.0, 1.2, 0.0], "normal": [0.0, -1.0, 0.0], "radius": 0.1, "radiance": [7.0, 8.0, 9.0]},
+            {
+                "type": "disk",
+                "position": [0.0, 1.2, 0.0],
+                "normal": [0.0, -1.0, 0.0],
+                "radius": 0.1,
+                "radiance": [7.0, 8.0, 9.0],
+            },
         ]
     )
     lights = lights_of(scene, geometry_of(scene), facets=4)

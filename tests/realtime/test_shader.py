@@ -22,7 +22,12 @@ def include(*stems: str) -> str:
 
 
 def test_includes_nest_and_every_line_remembers_its_place(tmp_path: Path) -> None:
-    write(tmp_path, top="#version 430\n" + include("mid") + "top\n", mid="mid 1\n" + include("low") + "mid 3\n", low="low\n")
+    write(
+        tmp_path,
+        top="#version 430\n" + include("mid") + "top\n",
+        mid="mid 1\n" + include("low") + "mid 3\n",
+        low="low\n",
+    )
     source = load("top.comp", root=tmp_path)
     assert source.text.splitlines() == ["#version 430", "mid 1", "low", "mid 3", "top"]
     places = [("top.comp", 1), ("mid.comp", 1), ("low.comp", 1), ("mid.comp", 3), ("top.comp", 3)]

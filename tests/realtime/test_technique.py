@@ -51,7 +51,9 @@ def test_an_unknown_setting_is_refused_with_the_known_ones() -> None:
         MADE_UP.settings({"cuont": 3})
 
 
-@pytest.mark.parametrize(("name", "value"), [("count", 2.0), ("count", True), ("width", True), ("on", 1), ("width", "1")])
+@pytest.mark.parametrize(
+    ("name", "value"), [("count", 2.0), ("count", True), ("width", True), ("on", 1), ("width", "1")]
+)
 def test_a_setting_of_another_type_is_refused(name: str, value: SettingValue) -> None:
     with pytest.raises(InputError, match=f"Setting '{name}'"):
         MADE_UP.settings({name: value})

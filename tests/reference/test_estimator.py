@@ -34,7 +34,9 @@ def refuse(stage: Stage, pixels: NDArray[Any], seed: int, spp: int) -> Float64:
 
 def rendered_by(block: BlockRender, patch: pytest.MonkeyPatch) -> None:
     """Let `block` render the indirect light."""
-    patch.setattr(estimator, "quantity", lambda name: replace(quantity(name), block=block) if name == INDIRECT else quantity(name))
+    patch.setattr(
+        estimator, "quantity", lambda name: replace(quantity(name), block=block) if name == INDIRECT else quantity(name)
+    )
 
 
 class Counting:

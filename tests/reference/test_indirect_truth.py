@@ -165,7 +165,10 @@ def test_black_surroundings_reflect_nothing(
 
 @pytest.mark.parametrize(
     "light",
-    [{"type": "constant", "radiance": [1.0, 1.0, 1.0]}, {"type": "directional", "direction": [0.0, -1.0, -1.0], "irradiance": [1.0] * 3}],
+    [
+        {"type": "constant", "radiance": [1.0, 1.0, 1.0]},
+        {"type": "directional", "direction": [0.0, -1.0, -1.0], "irradiance": [1.0] * 3},
+    ],
     ids=["constant", "directional"],
 )
 def test_a_convex_subject_alone_under_the_sky_has_direct_light_only(
@@ -225,7 +228,13 @@ FLOOR = {
 }
 CRATE = {"name": "ball", "type": "box", "size": [0.8, 0.9, 0.7], "rotation_deg": [0.0, 20.0, 0.0], "material": "white"}
 KNOT = {"name": "ball", "type": "torus_knot", "radius": 0.4, "tube": 0.16, "material": "white"}
-DISK = {"type": "disk", "position": [0.2, 1.2, 0.3], "normal": [0.0, -1.0, 0.1], "radius": 0.3, "radiance": [9.0, 8.0, 7.0]}
+DISK = {
+    "type": "disk",
+    "position": [0.2, 1.2, 0.3],
+    "normal": [0.0, -1.0, 0.1],
+    "radius": 0.3,
+    "radiance": [9.0, 8.0, 7.0],
+}
 SKY = {"type": "constant", "radiance": [0.4, 0.6, 1.0]}
 SUN = {"type": "directional", "direction": [0.4, -1.0, -0.3], "irradiance": [2.0, 1.8, 1.5]}
 CASES: dict[str, list[dict[str, Any]]] = {

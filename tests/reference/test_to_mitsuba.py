@@ -112,7 +112,10 @@ def test_every_kind_of_emitter_is_translated(make_scene: MakeScene, tmp_path: Pa
 
 def test_meshes_of_equal_material_stay_apart(make_scene: MakeScene, mi: ModuleType) -> None:
     """Mitsuba's load_dict would merge them, and nobody could tell the subject from its surroundings."""
-    balls = [{"name": n, "type": "sphere", "detail": 1, "material": "skin", "position": [x, 0.0, 0.0]} for n, x in (("ball", 0.0), ("other", 3.0))]
+    balls = [
+        {"name": n, "type": "sphere", "detail": 1, "material": "skin", "position": [x, 0.0, 0.0]}
+        for n, x in (("ball", 0.0), ("other", 3.0))
+    ]
     scene = make_scene(shapes=balls, emitters=[])
     loaded = instantiate(mi, scene_dict(scene, geometry_of(scene)))
     assert sorted(shape.id() for shape in loaded.shapes()) == ["mesh_0", "mesh_1"]
@@ -126,12 +129,22 @@ def test_only_the_subject_counts_among_meshes_of_equal_material(
     half = {"type": "rectangle", "size": [4.0, 8.0], "material": "skin"}
     scene = make_scene(
         sensor=facing,
-        shapes=[half | {"name": "ball", "position": [-2.0, 0.0, 0.0]}, half | {"name": "other", "position": [2.0, 0.0, 0.0]}],
+        shapes=[
+            half | {"name": "ball", "position": [-2.0, 0.0, 0.0]},
+            half | {"name": "other", "position": [2.0, 0.0, 0.0]},
+        ],
     )
     assert reference(scene).subject_mask.tolist() == [[True] * 4 + [False] * 4] * 8
 
 
-OUTSIDE = {"type": "perspective", "origin": [0.0, 0.0, 9.0], "target": [0.0, 0.0, 0.0], "fov_deg": 40.0, "width": 8, "height": 8}
+OUTSIDE = {
+    "type": "perspective",
+    "origin": [0.0, 0.0, 9.0],
+    "target": [0.0, 0.0, 0.0],
+    "fov_deg": 40.0,
+    "width": 8,
+    "height": 8,
+}
 
 
 def test_a_camera_outside_a_room_is_refused(make_scene: MakeScene, reference: Callable[..., Reference]) -> None:
