@@ -1,20 +1,25 @@
 """The command line: the only place that prints and exits."""
 
 import argparse
+import io
+import os
 import sys
 import time
+import traceback
 import warnings
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from scenes.errors import InputError, LightgaugeError
+from scenes.errors import InputError, LightgaugeError, MachineError
 
 if TYPE_CHECKING:
     from comparisons.suite import Request
 
 INTERRUPTED = 130
+BROKEN_PIPE = 141
+"""As a shell reports a process that SIGINT or SIGPIPE ends."""
 
 EXAMPLES = """\
 examples:
@@ -35,19 +40,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns its exit status."""
     options = _parser().parse_args(arguments)
     command: Callable[[argparse.Namespace], int] = options.command
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # where the encoding has no ≤, a question mark will do
     try:
-        return command(options)
+        status = command(options)
+        sys.stdout.flush()
+        return status
     except LightgaugeError as error:
-        print(f"lightgauge: {error}", file=sys.stderr)
-        return error.exit_status
+        return _complain(str(error), error.exit_status)
     except KeyboardInterrupt:
-        print(
-            "lightgauge: interrupted. What was rendered is kept; the same command goes on from there.", file=sys.stderr
-        )
-        return INTERRUPTED
+        return _complain("interrupted. What was rendered is kept; the same command goes on from there.", INTERRUPTED)
     except BrokenPipeError:
-        sys.stderr.close()
-        return 0
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes once more when it ends
+        return BROKEN_PIPE
+    except OSError as error:
+        return _complain(
+            f"the system refused to read or write a file ({error}). Give it room and permission, then run the same "
+            "command again: what was rendered is kept.",
+            MachineError.exit_status,
+        )
+    except Exception:  # noqa: BLE001  # else Python would exit with 1, which here means that a budget is exceeded
+        traceback.print_exc()
+        return _complain("this is a fault of lightgauge itself. What was rendered is kept.", MachineError.exit_status)
+
+
+def _complain(message: str, status: int) -> int:
+    print(f"lightgauge: {message}", file=sys.stderr)
+    return status
 
 
 class _Parser(argparse.ArgumentParser):
@@ -143,6 +162,7 @@ def _explain(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
+    from comparisons.doctor import require_writable
     from comparisons.progress import Display
     from comparisons.results import prepare_folder, results_json, with_pictures, write_run
     from comparisons.suite import exit_status, run, validate
@@ -153,6 +173,7 @@ def _run(options: argparse.Namespace) -> int:
     requests = _requests(options)
     validate(requests)
     prepare_folder(options.folder)
+    require_writable(options.store, "store", "--store")
     store = Store(options.store)
     warnings.filterwarnings("ignore", module="colour")
     with Display(sum(len(r.checks) for r in requests), line_of, print) as display:
@@ -169,9 +190,10 @@ def _requests(options: argparse.Namespace) -> "list[Request]":
     from scenes.load import find_scene, library_scenes, load_scene
 
     names = options.scenes or list(library_scenes())
+    once = {find_scene(name).resolve(): name for name in reversed(names)}
     requests = [
         Request(load_scene(find_scene(name)), name, lambda check_id: options.keep in check_id)
-        for name in dict.fromkeys(names)
+        for name in reversed(once.values())
     ]
     kept = [r for r in requests if r.checks]
     if not kept:

@@ -1,6 +1,7 @@
 """Whether this machine has what lightgauge needs."""
 
 import importlib.metadata
+import os
 import platform
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -61,15 +62,27 @@ def _mitsuba() -> str:
     return f"{VARIANT} with {choose_llvm().name}"
 
 
-def _store(root: Path) -> str:
-    probe = root / ".doctor"
+def require_writable(folder: Path, what: str, option: str) -> None:
+    """Make a folder and try to write to it, before anything is rendered for it.
+
+    Raises
+    ------
+    InputError
+        It cannot be written to; `option` names another.
+    """
+    probe = folder / f".writable.{os.getpid()}"
     try:
-        root.mkdir(parents=True, exist_ok=True)
-        probe.write_text("x")
+        folder.mkdir(parents=True, exist_ok=True)
+        probe.touch()
         probe.unlink()
     except OSError as error:
         raise InputError(
-            f"'{root}' cannot be written to ({error.strerror}). Name another folder with --store."
+            f"The {what} '{folder}' cannot be written to ({error.strerror}). It needs a folder that this user may "
+            f"write to: name another with {option} FOLDER."
         ) from error
+
+
+def _store(root: Path) -> str:
+    require_writable(root, "store", "--store")
     size = sum(path.stat().st_size for path in root.rglob("*") if path.is_file())
     return f"{root}, {size / 1e6:.0f} MB"

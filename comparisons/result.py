@@ -1,6 +1,8 @@
 """The result of a check, as it stands in results.json."""
 
-from dataclasses import asdict, dataclass, field, replace
+import math
+import shlex
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from comparisons.gate import CriterionResult, Verdict
@@ -9,6 +11,7 @@ from scenes.bibliography import BIBLIOGRAPHY
 from scenes.model import Check, Scene
 
 SCHEMA = 1
+MEASURED = ("value", "low", "high")
 
 
 @dataclass(frozen=True)
@@ -58,9 +61,6 @@ class CheckResult:
         known["criteria"] = tuple(_criterion_from_json(c) for c in known["criteria"])
         return cls(**known)
 
-    def as_cached(self) -> "CheckResult":
-        return replace(self, cached=True)
-
 
 def check_id(technique: str, settings: dict[str, Any], fit_exposure: bool) -> str:
     """A short name of a check within its scene, e.g. `indirect.talk[c_height=7.0,fitted]`."""
@@ -70,7 +70,7 @@ def check_id(technique: str, settings: dict[str, Any], fit_exposure: bool) -> st
 
 def rerun_command(scene_argument: str, technique: str) -> str:
     """What runs a check again."""
-    return f"lightgauge run {scene_argument} -k {technique}"
+    return f"lightgauge run {shlex.quote(scene_argument)} -k {shlex.quote(technique)}"
 
 
 def card_of(technique: Technique) -> dict[str, str]:
@@ -98,10 +98,13 @@ def empty_result(scene: Scene, scene_argument: str, check: Check, technique: Tec
 
 
 def _criterion_json(result: CriterionResult) -> dict[str, Any]:
+    """JSON has no NaN and no infinity: such a measurement is null."""
     bound = result.max if result.max is not None else result.min
-    return asdict(result) | {"verdict": str(result.verdict), "bound": bound}
+    plain = asdict(result) | {"verdict": str(result.verdict), "bound": bound}
+    return plain | {key: plain[key] if math.isfinite(plain[key]) else None for key in MEASURED}
 
 
 def _criterion_from_json(plain: dict[str, Any]) -> CriterionResult:
     known = {k: v for k, v in plain.items() if k != "bound"}
-    return CriterionResult(**(known | {"verdict": Verdict(known["verdict"])}))
+    measured = {key: math.nan if known[key] is None else known[key] for key in MEASURED}
+    return CriterionResult(**(known | measured | {"verdict": Verdict(known["verdict"])}))

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from comparisons.doctor import version_of
+from comparisons.doctor import require_writable, version_of
 from comparisons.gate import Verdict
 from comparisons.report.page import write_report
 from comparisons.result import SCHEMA, CheckResult
@@ -26,17 +26,8 @@ def prepare_folder(folder: Path) -> None:
     InputError
         It cannot be written to.
     """
-    probe = folder / ".writable"
-    try:
-        (folder / "images").mkdir(parents=True, exist_ok=True)
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise InputError(
-            f"The output folder '{folder}' cannot be written to ({error.strerror}). It needs a folder that this "
-            f"user may "
-            "write to: name another with -o FOLDER."
-        ) from error
+    for part in (folder, folder / "images"):
+        require_writable(part, "output folder", "-o")
 
 
 def with_pictures(folder: Path, store: Store, result: CheckResult) -> CheckResult:
@@ -101,11 +92,18 @@ def read_run(run: Path) -> tuple[Path, dict[str, Any]]:
     """
     path = run / "results.json" if run.is_dir() else run
     try:
-        results: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        results = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
         raise InputError(
             f"'{path}' does not exist. Name the folder of a run, as given to `lightgauge run -o FOLDER`."
         ) from error
     except (OSError, ValueError) as error:
         raise InputError(f"'{path}' cannot be read as the results of a run ({error}). Run the checks again.") from error
+    if not (isinstance(results, dict) and all(isinstance(check, dict) for check in _listed(results.get("checks")))):
+        raise InputError(f"'{path}' is JSON, but not the results of a run. Run the checks again.")
     return path.parent, results
+
+
+def _listed(value: Any) -> list[Any]:
+    """A list as it is; anything else as the only element of one."""
+    return value if isinstance(value, list) else [value]

@@ -9,7 +9,7 @@ import numpy as np
 
 from comparisons.cache import CheckCache
 from comparisons.gate import CriterionResult, Verdict, fit_exposure, judge, spp_needed, worst
-from comparisons.metrics import Samples, evaluate
+from comparisons.metrics import Samples, check_image, evaluate
 from comparisons.parity import QUANTITIES as PARITY_QUANTITIES
 from comparisons.parity import checks_of
 from comparisons.report.pictures import display_of, write_pictures
@@ -20,7 +20,7 @@ from realtime.techniques import technique
 from reference.estimator import Reference, Truth
 from reference.quantities import quantity
 from reference.store import Store
-from scenes.errors import InputError, LightgaugeError, NoCompiler, NoGraphics
+from scenes.errors import InputError, LightgaugeError, NoCompiler, NoGraphics, RenderError, SceneError
 from scenes.image import Float32
 from scenes.model import Check, Scene
 
@@ -73,7 +73,15 @@ def validate(requests: Iterable[Request]) -> None:
     InputError
         All of them, one a line.
     """
-    faults = [f"{r.argument}: {fault}" for r in requests for check in r.checks for fault in _faults(check)]
+    asked = list(requests)
+    faults = [f"{r.argument}: {fault}" for r in asked for check in r.checks for fault in _faults(check)]
+    named: dict[str, str] = {}
+    for r in asked:
+        first = named.setdefault(r.scene.name, r.argument)
+        if first != r.argument:
+            faults.append(
+                f"{r.argument}: {first} has the same name, and results go by it. Rename one, or run them apart."
+            )
     if faults:
         raise InputError("\n".join(faults))
 
@@ -93,6 +101,7 @@ def _faults(check: Check) -> Iterable[str]:
             yield f"check {id_of(check)}: {error}"
     try:
         approximates = technique(check.technique).approximates
+        quantity(check.quantity)
     except InputError:
         return
     if approximates != check.quantity:
@@ -130,10 +139,11 @@ def _run_scene(request: Request, store: Store, progress: Progress) -> list[Check
 
 def _parity_message(result: CheckResult) -> str:
     failed = [f"{c.metric} is {c.value:.3g}" for c in result.criteria if c.verdict is not Verdict.PASS]
-    what = "; ".join(failed) or result.message
+    if not failed:
+        return f"Parity of this scene could not be judged: {result.quantity}. {result.message}"
     return (
-        f"Parity of this scene does not hold: {result.quantity} ({what}). The two sides do not see the same scene, so "
-        "their radiance is not compared until they do."
+        f"Parity of this scene does not hold: {result.quantity} ({'; '.join(failed)}). The two sides do not see the "
+        "same scene, so their radiance is not compared until they do."
     )
 
 
@@ -178,6 +188,7 @@ class _Runner:
         self.progress.step(f"{scene.name}: {check.technique}", 0.0)
         used = technique(check.technique)
         rendering = self.renderer.render(used, dict(check.settings), timed=check.quantity not in PARITY_QUANTITIES)
+        _ = self.reference.subject_mask  # raises if the camera does not see the subject
         truth, image, exposure, criteria = self._decided(check, rendering)
         verdict = worst(c.verdict for c in criteria)
         samples = Samples(truth.accumulators, truth.mask)
@@ -216,17 +227,19 @@ class _Runner:
 
     def _decided(self, check: Check, rendering: Rendering) -> tuple[Truth, Float32, float, tuple[CriterionResult, ...]]:
         """Double the truth's samples until every criterion is decided, or the scene's limit is reached."""
-        spp = FIRST_SPP
+        limit = self.request.scene.truth.max_spp
+        spp = min(FIRST_SPP, 1 << (limit.bit_length() - 1))
         while True:
             truth = self.reference.truth(check.quantity, spp)
             samples = Samples(truth.accumulators, truth.mask)
             image, exposure = rendering.image.pixels, 1.0
+            _require_content(image, samples, f"{self.request.scene.name}/{id_of(check)}")
             if check.fit_exposure:
                 exposure = fit_exposure(image, samples)
                 image = (image * exposure).astype(np.float32)
             criteria = tuple(judge(c, evaluate(c.metric, image, samples)) for c in check.criteria)
-            open_ones = [c for c in criteria if c.verdict is Verdict.INCONCLUSIVE and c.valid]
-            if truth.is_exact or not open_ones or 2 * spp > self.request.scene.truth.max_spp:
+            is_open = any(c.verdict is Verdict.INCONCLUSIVE for c in criteria)
+            if truth.is_exact or not is_open or 2 * spp > limit:
                 return truth, image, exposure, criteria
             spp *= 2
 
@@ -235,11 +248,30 @@ def _advice(verdict: Verdict, criteria: Iterable[CriterionResult], truth: Truth,
     """What an INCONCLUSIVE check needs."""
     if verdict is not Verdict.INCONCLUSIVE:
         return ""
-    needed = [spp_needed(c, truth.spp) for c in criteria if c.verdict is Verdict.INCONCLUSIVE]
+    after = f"Undecided after {truth.spp} spp (the scene allows {limit})"
+    undecided = [c for c in criteria if c.verdict is Verdict.INCONCLUSIVE]
+    if not all(c.valid for c in undecided):
+        return f"{after}: the truth is too noisy to know how noisy it is."
+    needed = [spp_needed(c, truth.spp) for c in undecided]
     known = [n for n in needed if n is not None]
     if len(known) < len(needed):
-        return f"Undecided after {truth.spp} spp: a value is too close to its bound for any affordable number of them."
-    return f"Undecided after {truth.spp} spp (the scene allows {limit}): about {max(known)} spp would decide it."
+        return f"{after}: a value is too close to its bound for any affordable number of them."
+    enough = 1 << (max(known) - 1).bit_length()
+    return f"{after}: about {max(known)} spp would decide it. Set max_spp = {enough} under [truth] in the scene."
+
+
+def _require_content(image: Float32, samples: Samples, what: str) -> None:
+    """Refuse a blank image: a generous budget would let it pass."""
+    if np.any(check_image(image, samples)[samples.mask]):
+        return
+    if np.any(samples.masked):
+        raise RenderError(
+            f"The image of {what} is black at every judged pixel, but its truth is not. Mend the technique."
+        )
+    raise SceneError(
+        f"The image of {what} is black at every judged pixel, and so is its truth: there is nothing to compare. See "
+        "that light reaches what the camera sees of the subject."
+    )
 
 
 def error_scale(criteria: Iterable[CriterionResult], samples: Samples) -> float:

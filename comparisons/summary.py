@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from textwrap import indent
 
 from comparisons.gate import CriterionResult, Verdict
 from comparisons.report.numbers import format_bound, format_interval, format_metric
@@ -11,7 +12,7 @@ from comparisons.result import CheckResult
 def line_of(result: CheckResult) -> str:
     """Verdict, check, its first criterion that has this verdict, and where it comes from."""
     deciding = [c for c in result.criteria if c.verdict is result.verdict]
-    numbers = _numbers(deciding[0], result.unit) if deciding else result.message
+    numbers = _numbers(deciding[0], result.unit) if deciding else " ".join(result.message.split())
     origin = " (stored)" if result.cached else ""
     return f"{result.verdict:12} {result.id}  {numbers}{origin}"
 
@@ -25,6 +26,7 @@ def _numbers(c: CriterionResult, unit: str) -> str:
 def closing_lines(results: Sequence[CheckResult], notes: Sequence[str], page: Path, seconds: float) -> Iterator[str]:
     """What a reader needs last: repairs, everything that is not fine with its reason, counts, the page."""
     yield from notes
+    said: set[str] = set()
     for result in results:
         if result.verdict is not Verdict.PASS:
             yield f"{result.verdict} {result.id}"
@@ -32,7 +34,8 @@ def closing_lines(results: Sequence[CheckResult], notes: Sequence[str], page: Pa
                 if c.verdict is not Verdict.PASS:
                     yield f"  {_numbers(c, result.unit)} ({c.reason}){'; ' + c.note if c.note else ''}"
             if result.message:
-                yield f"  {result.message}"
+                yield "  (for the same reason)" if result.message in said else indent(result.message, "  ")
+                said.add(result.message)
             yield f"  again: {result.rerun}"
     counts = ", ".join(f"{n} {v}" for v in Verdict if (n := sum(r.verdict is v for r in results)))
     yield f"{counts} in {seconds:.1f} s. Report: {page}"

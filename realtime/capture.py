@@ -59,10 +59,13 @@ def surfel_passes(features: Features, side: int, block: int, shadow_side: int, f
     ]
 
 
-def bounce_pass(features: Features) -> Pass:
+def bounce_passes(features: Features) -> list[Pass]:
     """Let the light bounce between all surfels until little is left."""
     dark = "" if features.brightest_reflectance > 0 else "the surroundings reflect nothing"
-    return Pass("bounce", _bounce, reads=("surfels",), uses=("visibility",), writes=("reflected",), skip=dark)
+    return [
+        Pass("transport", _transport, reads=("surfels",), uses=("visibility",), writes=("transport",), skip=dark),
+        Pass("bounce", _bounce, reads=("surfels", "transport"), writes=("reflected",), skip=dark),
+    ]
 
 
 @dataclass(frozen=True)
@@ -138,21 +141,35 @@ def _reduce(frame: Frame, block: int) -> None:
     resources["surfels"] = Surfels(buffer, count, count, float(np.all(areas > 0)))
 
 
+def bind_visibility(frame: Frame) -> dict[str, int]:
+    """Bind what the subject hides from itself, if that is known; returns the uniform of indirect/row.glsl."""
+    visibility = frame.resources.get("visibility")
+    if visibility is None:
+        return {"words": 0}
+    visibility.bits.bind_to_storage_buffer(6)
+    return {"words": visibility.words}
+
+
+def _transport(frame: Frame) -> None:
+    surfels: Surfels = frame.resources["surfels"]
+    transport = frame.context.buffer(reserve=surfels.count**2 * 4)
+    surfels.buffer.bind_to_storage_buffer(0)
+    transport.bind_to_storage_buffer(1)
+    shader = frame.program("indirect/transport.comp")
+    frame.dispatch(shader, surfels.count, group=(1, 1), **surfels.uniforms(), **bind_visibility(frame))
+    frame.resources["transport"] = transport
+
+
 def _bounce(frame: Frame) -> None:
     surfels: Surfels = frame.resources["surfels"]
     before, after = surfels.radiance(frame), frame.context.buffer(reserve=surfels.count * 16)
     surfels.buffer.bind_to_storage_buffer(0)
-    visibility = frame.resources.get("visibility")
-    uniforms = surfels.uniforms()
-    if visibility is not None:
-        visibility.bits.bind_to_storage_buffer(6)
-        uniforms["words"] = visibility.words
-    defines = {"SELF": 1} if visibility is not None else {}
-    shader = frame.program("indirect/bounce.comp", **defines)
+    frame.resources["transport"].bind_to_storage_buffer(1)
+    shader = frame.program("indirect/bounce.comp")
     for _ in range(bounces_for(frame.features.brightest_reflectance)):
-        before.bind_to_storage_buffer(1)
-        after.bind_to_storage_buffer(2)
-        frame.dispatch(shader, surfels.count, group=(64, 1), **uniforms)
+        before.bind_to_storage_buffer(2)
+        after.bind_to_storage_buffer(3)
+        frame.dispatch(shader, surfels.count, group=(64, 1), surfel_count=surfels.count)
         before, after = after, before
     frame.resources["reflected"] = before
 

@@ -38,12 +38,16 @@ def find_scene(name_or_path: str) -> Path:
     scenes = library_scenes()
     if name_or_path in scenes:
         return scenes[name_or_path]
-    close = difflib.get_close_matches(name_or_path, scenes, n=3)
-    hint = f" Close to it: {', '.join(close)}." if close else ""
     raise SceneError(
         f'found the unknown scene "{name_or_path}"; allowed is the path of a TOML file, or one of '
-        f"{', '.join(scenes)}.{hint}"
+        f"{', '.join(scenes)}.{_close_to(name_or_path)}"
     )
+
+
+def _close_to(name: str) -> str:
+    """A sentence that names the library's scenes of similar names, or nothing."""
+    close = difflib.get_close_matches(name, library_scenes(), n=3)
+    return f" Close to it: {', '.join(close)}." if close else ""
 
 
 def load_scene(path: Path) -> Scene:
@@ -75,7 +79,7 @@ def _read(path: Path) -> str:
     except OSError as error:
         raise SceneError(
             f"{path}: the scene cannot be read ({error.strerror}). Give the path of a TOML file, or a name from the "
-            "library."
+            f"library.{_close_to(path.stem)}"
         ) from error
     except UnicodeDecodeError as error:
         raise SceneError(

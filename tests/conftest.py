@@ -80,7 +80,7 @@ def make_cavity(tmp_path: Path) -> Callable[..., dict[str, Any]]:
 
 @pytest.fixture(scope="session")
 def gl() -> "moderngl.Context":
-    """The one OpenGL context of the session: a second one would silently become the current one."""
+    """The OpenGL context."""
     from realtime.context import make_context
 
     return make_context()

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from realtime.capture import Surfels, bounce_pass, reflected
+from realtime.capture import Surfels, bind_visibility, bounce_passes, reflected
 from realtime.frame import Frame
 from realtime.gbuffer import gbuffer_pass, resolve_pass
 from realtime.graph import Pass
@@ -22,7 +22,7 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
         gbuffer_pass(),
         *captured(features, settings),
         *subject_passes(features, int(settings[SUBJECT_SURFELS.name])),
-        bounce_pass(features),
+        *bounce_passes(features),
         Pass(
             "gather",
             _gather,
@@ -71,15 +71,13 @@ def _gather_vertices(frame: Frame) -> None:
     reflected(frame).bind_to_storage_buffer(1)
     visibility.receivers.bind_to_storage_buffer(2)
     received.bind_to_storage_buffer(4)
-    visibility.bits.bind_to_storage_buffer(6)
     frame.dispatch(
         frame.program("indirect/gather_vertices.comp"),
         visibility.vertices,
-        group=(64, 1),
+        group=(1, 1),
         first=visibility.count - visibility.vertices,
-        receiver_count=visibility.count,
-        words=visibility.words,
         **surfels.uniforms(),
+        **bind_visibility(frame),
     )
     frame.resources["received"] = received
 

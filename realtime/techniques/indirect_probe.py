@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from realtime.capture import Surfels, bounce_pass, reflected, surfel_passes
+from realtime.capture import Surfels, bounce_passes, reflected, surfel_passes
 from realtime.frame import Frame
 from realtime.gbuffer import gbuffer_pass, resolve_pass
 from realtime.graph import Pass
@@ -41,7 +41,7 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
     return [
         gbuffer_pass(),
         *captured(features, settings),
-        bounce_pass(features),
+        *bounce_passes(features),
         Pass("project", _project, reads=("surfels",), uses=("reflected",), writes=("coefficients",)),
         Pass("probe", _shade, reads=("normal", "albedo", "coefficients"), writes=("shaded",)),
         resolve_pass("shaded"),

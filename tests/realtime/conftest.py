@@ -1,4 +1,4 @@
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -7,7 +7,7 @@ import pytest
 from realtime.frame import Frame
 from realtime.graph import plan
 from realtime.render import Renderer, Rendering
-from realtime.shader import load
+from realtime.shader import load, set_uniforms
 from realtime.techniques import technique
 from scenes.features import features_of
 from scenes.geometry import geometry_of
@@ -36,16 +36,33 @@ void main() {{
 
 @pytest.fixture
 def glsl(gl: "moderngl.Context") -> Callable[..., Float64]:
-    """Evaluates GLSL on a grid: `body` turns vec4 a[I] into vec4 r[O], with a file of glsl/lib/ included.
+    """Evaluates GLSL on a grid: `body` turns vec4 a[I] into vec4 r[O], with a file of glsl/ included.
 
-    glsl(library, body, inputs (N, I, 4), outputs=O) -> (N, O, 4)
+    glsl(file, body, inputs (N, I, 4), outputs=O, buffers={binding: array}, defines={...}, name=value) -> (N, O, 4)
     """
 
-    def evaluate(library: str, body: str, inputs: Float64, outputs: int = 1) -> Float64:
+    def evaluate(
+        file: str,
+        body: str,
+        inputs: Float64,
+        outputs: int = 1,
+        buffers: Mapping[int, Float32] | None = None,
+        defines: Mapping[str, int] | None = None,
+        **uniforms: int,
+    ) -> Float64:
         count, width, _ = inputs.shape
-        text = "#version 430\n" + load(library).text + GRID_SHADER.format(inputs=width, outputs=outputs, body=body)
+        constants = "".join(f"#define {name} {value}\n" for name, value in (defines or {}).items())
+        text = (
+            "#version 430\n"
+            + constants
+            + load(file).text
+            + GRID_SHADER.format(inputs=width, outputs=outputs, body=body)
+        )
         shader = gl.compute_shader(text)
-        shader["count"] = count
+        set_uniforms(shader, count=count, **uniforms)
+        bound = [(binding, gl.buffer(array.tobytes())) for binding, array in (buffers or {}).items()]
+        for binding, buffer in bound:
+            buffer.bind_to_storage_buffer(binding)
         given = gl.buffer(np.ascontiguousarray(inputs, dtype=np.float32).tobytes())
         made = gl.buffer(reserve=count * outputs * 16)
         given.bind_to_storage_buffer(0)
@@ -58,9 +75,8 @@ def glsl(gl: "moderngl.Context") -> Callable[..., Float64]:
 
 
 @pytest.fixture
-def render(gl: "moderngl.Context", monkeypatch: pytest.MonkeyPatch) -> Callable[..., Rendering]:
+def render() -> Callable[..., Rendering]:
     """Draws a scene once with the technique of a name and some settings: render(scene, name, **settings)."""
-    monkeypatch.setattr("realtime.render.make_context", lambda: gl)
 
     def run(scene: Scene, name: str, **settings: Any) -> Rendering:
         return Renderer(scene).render(technique(name), settings, timed=False)

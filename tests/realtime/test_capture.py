@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-import realtime.render
 from realtime.capture import BOUNCES_LEFT, bounces_for
 from realtime.graph import Pass, Plan, plan
 from realtime.render import Rendering
 from scenes.errors import InputError
+from scenes.features import features_of
 from scenes.image import Float32, Float64
 from scenes.model import Scene
 
@@ -229,9 +229,9 @@ def test_bounces_go_on_until_little_is_left(reflectance: float, expected: int) -
         assert expected == 1 or reflectance ** (expected - 1) > BOUNCES_LEFT * (1 - 1e-9)
 
 
-def without_skipping(*names: str) -> Callable[[Sequence[Pass], str], Plan]:
-    """A planner that runs the passes of these names even where they have a reason not to."""
-    return lambda passes, wanted: plan([replace(p, skip="") if p.name in names else p for p in passes], wanted)
+def without_skipping(why: str) -> Callable[[Sequence[Pass], str], Plan]:
+    """A planner that takes no notice of one reason for leaving passes out."""
+    return lambda passes, wanted: plan([replace(p, skip="") if p.skip == why else p for p in passes], wanted)
 
 
 @both
@@ -252,10 +252,10 @@ def test_what_is_skipped_would_have_changed_nothing(
 ) -> None:
     scene = make_scene(**changes)
     short = render(scene, name, **FAST)
-    assert skipped in [s.what for s in short.skipped]
-    monkeypatch.setattr("realtime.render.plan", without_skipping(skipped))
+    why = {s.what: s.why for s in short.skipped}[skipped]
+    monkeypatch.setattr("realtime.render.plan", without_skipping(why))
     whole = render(scene, name, **FAST)
-    assert skipped not in [s.what for s in whole.skipped]
+    assert why not in [s.why for s in whole.skipped]
     np.testing.assert_array_equal(short.image.pixels, whole.image.pixels)
 
 
@@ -313,7 +313,6 @@ def test_a_convex_subject_needs_no_search_for_what_it_hides_from_itself(
     scene = make_scene(shapes=[make_scene().shapes[0].model_dump(), BALL | {"detail": 4}])
     short = render(scene, "indirect.irradiance")
     assert "self-visibility" in [s.what for s in short.skipped]
-    features_of = realtime.render.features_of
     monkeypatch.setattr(
         "realtime.render.features_of", lambda *given: replace(features_of(*given), subject_is_convex=False)
     )

@@ -15,7 +15,7 @@ def test_without_egl_the_message_names_the_packages(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr("moderngl.create_context", refuse)
     with pytest.raises(NoGraphics, match=r"libGL\.so not loaded") as caught:
-        make_context()
+        make_context.__wrapped__()
     for package in ("libegl1", "libgl1", "libgl1-mesa-dri"):
         assert package in str(caught.value)
     assert caught.value.exit_status == 4
@@ -26,6 +26,11 @@ def test_the_context_is_off_screen_and_frees_what_python_frees(gl: "moderngl.Con
     assert gl.version_code >= GL_VERSION
     assert gl.gc_mode == "auto"
     assert "OpenGL" in renderer_name(gl)
+
+
+def test_a_process_has_one_context(gl: "moderngl.Context") -> None:
+    """Two would delete each other's objects."""
+    assert make_context() is gl
 
 
 def test_the_choice_of_a_driver_is_part_of_what_an_image_depends_on(monkeypatch: pytest.MonkeyPatch) -> None:

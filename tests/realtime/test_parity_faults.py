@@ -3,9 +3,11 @@
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from comparisons.gate import Verdict, judge, worst
 from comparisons.metrics import Samples, evaluate
@@ -82,7 +84,7 @@ def moved(x_px: float, y_px: float) -> Plant:
     return camera_with(matrix)
 
 
-def texture_with(change: Callable[[Float32], Float32]) -> Plant:
+def texture_with(change: Callable[[Float32], NDArray[Any]]) -> Plant:
     def fault(scene: Scene, texture: Texture) -> Float32:
         return change(texture_of(scene, texture)).astype(np.float32)
 

@@ -95,7 +95,7 @@ def test_a_define_reaches_the_compiler(gl: "moderngl.Context", tmp_path: Path, m
     write(tmp_path, top="#version 430\nlayout(local_size_x = WIDTH) in;\nvoid main() {}\n")
     monkeypatch.setattr("realtime.shader.load.__defaults__", (None, tmp_path))
     assert program(gl, "top.comp", defines={"WIDTH": 32}) is not None
-    with pytest.raises(RenderError, match="top.comp:2"):
+    with pytest.raises(RenderError, match=r"top\.comp:2"):
         program(gl, "top.comp")
 
 

@@ -24,7 +24,8 @@ def image(reference: Reference, name: str) -> Float32:
     assert truth.is_exact
     assert truth.spp == 0
     assert truth.mask.all()
-    return truth.accumulators[0]
+    found: Float32 = truth.accumulators[0]
+    return found
 
 
 def test_depth_is_along_the_axis_of_view_not_along_the_ray(

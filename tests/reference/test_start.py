@@ -28,7 +28,7 @@ def test_the_packaged_llvm_is_chosen_unless_another_is_named(monkeypatch: pytest
 def test_without_package_and_setting_there_is_no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DRJIT_LIBLLVM_PATH", raising=False)
     monkeypatch.setattr("importlib.metadata.files", without_package)
-    with pytest.raises(NoCompiler, match="karellen-llvm-core is not installed.*make setup") as caught:
+    with pytest.raises(NoCompiler, match=r"karellen-llvm-core is not installed.*make setup") as caught:
         choose_llvm()
     assert caught.value.exit_status == 4
     assert "\n" not in str(caught.value)
@@ -63,7 +63,7 @@ def test_a_mitsuba_that_cannot_be_imported_is_no_compiler(monkeypatch: pytest.Mo
     monkeypatch.setenv("DRJIT_LIBLLVM_PATH", "")
     monkeypatch.setattr("reference.start.choose_llvm", lambda: Path("libLLVM.so"))
     monkeypatch.setitem(sys.modules, "mitsuba", None)
-    with pytest.raises(NoCompiler, match="Mitsuba does not start.*libatomic1"):
+    with pytest.raises(NoCompiler, match=r"Mitsuba does not start.*libatomic1"):
         mitsuba.__wrapped__()
 
 
