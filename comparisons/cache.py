@@ -41,7 +41,7 @@ class CheckCache:
             if not all((self.store.root / path).exists() for path in result.images.values()):
                 return None
             return result
-        except (FileNotFoundError, ValueError, KeyError, TypeError):
+        except (FileNotFoundError, ValueError, KeyError, TypeError, AttributeError):
             return None
 
     def write(self, scene: Scene, check: Check, result: CheckResult) -> None:

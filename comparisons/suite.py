@@ -1,8 +1,10 @@
 """Run checks: draw, ask for as much truth as the verdict needs, judge."""
 
+import traceback
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +22,7 @@ from realtime.techniques import technique
 from reference.estimator import Reference, Truth
 from reference.quantities import quantity
 from reference.store import Store
-from scenes.errors import InputError, LightgaugeError, NoCompiler, NoGraphics, RenderError, SceneError
+from scenes.errors import InputError, LightgaugeError, MachineError, NoCompiler, NoGraphics, RenderError, SceneError
 from scenes.image import Float32
 from scenes.model import Check, Scene
 
@@ -176,6 +178,8 @@ class _Runner:
             raise
         except LightgaugeError as error:
             return replace(self._empty(check), message=str(error), exit_status=error.exit_status)
+        except Exception as error:  # noqa: BLE001  # techniques and drivers may raise anything; the other checks go on
+            return replace(self._empty(check), message=_fault(error), exit_status=MachineError.exit_status)
         self.cache.write(scene, check, result)
         return result
 
@@ -242,6 +246,15 @@ class _Runner:
             if truth.is_exact or not is_open or 2 * spp > limit:
                 return truth, image, exposure, criteria
             spp *= 2
+
+
+def _fault(error: Exception) -> str:
+    """An exception that nobody foresaw, and where it came from."""
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    return (
+        f"{type(error).__name__} at {Path(place.filename).name}:{place.lineno}: {error}. Either a setting of the check "
+        "is out of range, or the code there is at fault."
+    )
 
 
 def _advice(verdict: Verdict, criteria: Iterable[CriterionResult], truth: Truth, limit: int) -> str:

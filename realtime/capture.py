@@ -27,7 +27,8 @@ FLOATS_A_SURFEL = 16
 BOUNCES_LEFT = 1e-3
 """Bounces go on until less than this part of the light is left."""
 
-MOST_BOUNCES = 24
+MOST_BOUNCES = 256
+"""Enough for BOUNCES_LEFT up to a reflectance of 0.973; real surfaces are darker."""
 
 
 def bounces_for(brightest_reflectance: float) -> int:

@@ -104,8 +104,9 @@ def _find_visibility(frame: Frame) -> None:
     low, high = frame.subject_box
     frame.dispatch(
         frame.program("indirect/visibility.comp", TRIANGLES_A_LEAF=TRIANGLES_A_LEAF),
-        words,
         count,
+        words,
+        group=(64, 1),
         surfel_count=surfels.count,
         receiver_count=count,
         words=words,

@@ -7,7 +7,8 @@ BIBLIOGRAPHY = {
     ),
     "opengl-4.6": "Segal, Akeley (2022). The OpenGL Graphics System: A Specification, version 4.6 (core profile).",
     "ramamoorthi-2001": (
-        "Ramamoorthi, Hanrahan (2001). An Efficient Representation for Irradiance Environment Maps. Proc. SIGGRAPH, 497-500."
+        "Ramamoorthi, Hanrahan (2001). An Efficient Representation for Irradiance Environment Maps. "
+        "Proc. SIGGRAPH, 497-500."
     ),
     "wallace-1989": (
         "Wallace, Elmquist, Haines (1989). A Ray Tracing Algorithm for Progressive Radiosity. Proc. SIGGRAPH, 315-324."

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from scenes.geometry import is_convex
+from scenes.geometry import is_convex, texture_of
 from scenes.mesh import Mesh
 from scenes.model import (
     AreaLight,
@@ -10,6 +10,7 @@ from scenes.model import (
     DirectionalLight,
     DiskLight,
     EnvironmentLight,
+    Material,
     PointLight,
     Scene,
     Texture,
@@ -29,9 +30,7 @@ class Features:
     has_thin_lens: bool
     subject_is_convex: bool
     brightest_reflectance: float
-    """Highest reflectance of the environment: bounds how fast its interreflections die out. 1 where a texture hides
-    it.
-    """
+    """Highest reflectance of the surroundings: bounds how fast the light that bounces among them dies out."""
 
     @property
     def has_local_or_directional_lights(self) -> bool:
@@ -41,7 +40,7 @@ class Features:
 def features_of(scene: Scene, meshes: tuple[Mesh, ...]) -> Features:
     """Derive the features from the scene and its geometry."""
     kinds = [type(e) for e in scene.emitters]
-    environment = [m.material.reflectance for m in meshes if not m.is_subject]
+    surroundings = [m.material for m in meshes if not m.is_subject]
     subjects = [m for m in meshes if m.is_subject]
     return Features(
         has_point_lights=PointLight in kinds,
@@ -51,5 +50,12 @@ def features_of(scene: Scene, meshes: tuple[Mesh, ...]) -> Features:
         has_textures=any(isinstance(m.reflectance, Texture) for m in scene.materials.values()),
         has_thin_lens=isinstance(scene.sensor, ThinLens),
         subject_is_convex=len(subjects) == 1 and is_convex(subjects[0].surface),
-        brightest_reflectance=max((1.0 if isinstance(r, Texture) else max(r) for r in environment), default=0.0),
+        brightest_reflectance=max((_brightest(scene, m) for m in surroundings), default=0.0),
     )
+
+
+def _brightest(scene: Scene, material: Material) -> float:
+    reflectance = material.reflectance
+    if isinstance(reflectance, Texture):
+        return float(texture_of(scene, reflectance).max())
+    return max(reflectance)

@@ -54,6 +54,7 @@ intensity = [6.0, 5.0, 4.0]
 [[checks]]
 quantity = "indirect_radiance"
 technique = "indirect.irradiance"
+settings = { side = 24 }
 criteria = [{ metric = "nrmse", max = 0.5, reason = "far above what is reached" }]
 """
 

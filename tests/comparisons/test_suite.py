@@ -3,6 +3,7 @@
 import json
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 from comparisons import suite
 from comparisons.gate import CriterionResult, Verdict
 from comparisons.metrics import Estimate, Samples
+from comparisons.parity import PARITY
 from comparisons.result import CheckResult, empty_result
 from comparisons.suite import Request, error_scale, exit_status
 from realtime.camera import Camera, sensor_camera
@@ -22,16 +24,17 @@ from realtime.technique import Technique
 from realtime.techniques import MODULES, technique
 from reference.store import Store
 from scenes.image import Float32
-from scenes.load import load_scene
-from scenes.model import Check, Perspective, Scene
+from scenes.load import find_scene, load_scene
+from scenes.model import Perspective
 
 Run = Callable[..., Any]
 Write = Callable[..., Path]
 Pretend = Callable[[Float32 | float], None]
 
 BUDGET = '{ metric = "nrmse", max = 0.5, reason = "far above what is reached" }'
-UNKNOWN = ("max = 0.5", "max = 0.03"), ("max_spp = 512", "max_spp = 64")
-FAKE = ("indirect.irradiance", "fake")
+UNKNOWN = ("max = 0.5", "max = 0.06"), ("max_spp = 512", "max_spp = 64")
+FAKE = ('"indirect.irradiance"\nsettings = { side = 24 }', '"fake"')
+JUDGED = "tiny/indirect.irradiance[side=24]"
 
 
 def results_of(folder: Path) -> dict[str, dict[str, Any]]:
@@ -55,7 +58,7 @@ def pretend(monkeypatch: pytest.MonkeyPatch) -> Pretend:
             name="fake",
             approximates="indirect_radiance",
             summary="one value everywhere",
-            source="this test",
+            source="opengl-4.6",
             limits="all",
             passes=lambda scene, features, settings: [Pass("fill", draw, writes=("image",))],
             grid=1,
@@ -75,7 +78,7 @@ def test_a_check_within_its_budget_passes(after_a_run: Path) -> None:
         "tiny/raster.depth",
         "tiny/raster.coverage",
         "tiny/raster.albedo",
-        "tiny/indirect.irradiance",
+        JUDGED,
     ]
     assert {check["verdict"] for check in checks.values()} == {"PASS"}
 
@@ -84,7 +87,7 @@ def test_a_check_beyond_its_budget_fails_with_status_1(with_truth: Path, lightga
     write_scene((BUDGET, '{ metric = "energy_bias", min = 0.5, reason = "no correct image is that bright" }'))
     outcome = lightgauge("run", "tiny.toml")
     assert outcome.status == 1
-    assert results_of(with_truth)["tiny/indirect.irradiance"]["verdict"] == "FAIL"
+    assert results_of(with_truth)[JUDGED]["verdict"] == "FAIL"
     assert "no correct image is that bright" in outcome.out
 
 
@@ -94,7 +97,7 @@ def test_an_undecided_check_has_status_2_and_says_how_many_samples_it_takes(
     write_scene(*UNKNOWN)
     outcome = lightgauge("run", "tiny.toml")
     assert outcome.status == 2
-    check = results_of(with_truth)["tiny/indirect.irradiance"]
+    check = results_of(with_truth)[JUDGED]
     assert check["verdict"] == "INCONCLUSIVE"
     assert check["spp"] == 64, "the scene's limit holds for the first look too"
     assert "Undecided after 64 spp (the scene allows 64): about " in check["message"]
@@ -104,18 +107,24 @@ def test_an_undecided_check_has_status_2_and_says_how_many_samples_it_takes(
 def test_what_the_advice_names_decides_the_check(with_truth: Path, lightgauge: Run, write_scene: Write) -> None:
     write_scene(*UNKNOWN)
     lightgauge("run", "tiny.toml")
-    advice = results_of(with_truth)["tiny/indirect.irradiance"]["message"]
+    advice = results_of(with_truth)[JUDGED]["message"]
     enough = advice.partition("Set max_spp = ")[2].partition(" ")[0]
     write_scene(UNKNOWN[0], ("max_spp = 512", f"max_spp = {4 * int(enough)}"))  # four times: it is an estimate
     assert lightgauge("run", "tiny.toml").status in (0, 1)
 
 
 def test_samples_double_until_the_limit_while_a_verdict_is_open(
-    with_truth: Path, lightgauge: Run, write_scene: Write
+    with_truth: Path, lightgauge: Run, write_scene: Write, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write_scene(("max = 0.5", "max = 1e-9"), ("max_spp = 512", "max_spp = 2047"))
-    lightgauge("run", "tiny.toml")
-    assert results_of(with_truth)["tiny/indirect.irradiance"]["spp"] == 1024
+    def evaluate(metric: str, image: Float32, samples: Samples) -> Estimate:
+        return Estimate(0.5, 0.4, 0.6) if metric == "nrmse" else Estimate.exact(0.0)
+
+    monkeypatch.setattr(suite, "evaluate", evaluate)
+    write_scene(("max_spp = 512", "max_spp = 2047"))
+    assert lightgauge("run", "tiny.toml").status == 2
+    check = results_of(with_truth)[JUDGED]
+    assert check["spp"] == 1024
+    assert "too close to its bound" in check["message"]
 
 
 def test_error_bars_that_cannot_be_trusted_are_sampled_further(
@@ -129,7 +138,7 @@ def test_error_bars_that_cannot_be_trusted_are_sampled_further(
 
     monkeypatch.setattr(suite, "evaluate", evaluate)
     assert lightgauge("run", "tiny.toml").status == 0
-    assert results_of(with_truth)["tiny/indirect.irradiance"]["spp"] == 512
+    assert results_of(with_truth)[JUDGED]["spp"] == 512
 
 
 def test_error_bars_that_stay_untrustworthy_get_no_number_of_samples_as_advice(
@@ -199,7 +208,18 @@ def test_one_error_stops_no_other_check(
     assert lightgauge("run", "tiny.toml").status == 4
     verdicts = {name: check["verdict"] for name, check in results_of(with_truth).items()}
     assert verdicts["tiny/fake"] == "ERROR"
-    assert verdicts["tiny/indirect.irradiance"] == "PASS"
+    assert verdicts[JUDGED] == "PASS"
+
+
+def test_an_exception_of_a_technique_is_an_error_that_says_where_it_was_raised(
+    with_truth: Path, lightgauge: Run, write_scene: Write
+) -> None:
+    write_scene(("settings = { side = 24 }", "settings = { side = 0 }"), ("indirect.irradiance", "indirect.talk"))
+    outcome = lightgauge("run", "tiny.toml")
+    assert outcome.status == 4
+    message = results_of(with_truth)["tiny/indirect.talk[side=0]"]["message"]
+    assert message.startswith("Error at __init__.py:")
+    assert "a setting of the check is out of range" in message
 
 
 @pytest.fixture
@@ -223,12 +243,12 @@ def test_without_parity_the_radiance_of_that_scene_alone_is_an_error(
     assert outcome.status == 4
     checks = results_of(with_truth)
     assert checks["mirror/raster.normal"]["verdict"] == "FAIL"
-    assert checks["mirror/indirect.irradiance"]["verdict"] == "ERROR"
+    assert checks[JUDGED.replace("tiny", "mirror")]["verdict"] == "ERROR"
     assert (
         "Parity of this scene does not hold: normal (shift_px is 20;"
-        in (checks["mirror/indirect.irradiance"]["message"])
+        in (checks[JUDGED.replace("tiny", "mirror")]["message"])
     )
-    assert checks["mirror/indirect.irradiance"]["criteria"] == []
+    assert checks[JUDGED.replace("tiny", "mirror")]["criteria"] == []
     assert {check["verdict"] for name, check in checks.items() if name.startswith("tiny/")} == {"PASS"}
 
 
@@ -251,7 +271,7 @@ def test_parity_that_cannot_be_judged_is_not_said_to_be_broken(here: Path, light
     write_scene(("fov_deg = 30.0", "fov_deg = 40.0"))
     outcome = lightgauge("run", "tiny.toml")
     assert outcome.status == 3
-    message = results_of(here)["tiny/indirect.irradiance"]["message"]
+    message = results_of(here)[JUDGED]["message"]
     assert message.startswith("Parity of this scene could not be judged: normal. shift_px needs 16 pixels")
 
 
@@ -278,15 +298,14 @@ def test_a_subject_that_is_not_seen_is_said_once_for_all_checks(
 def test_darkness_on_both_sides_is_no_agreement(with_truth: Path, lightgauge: Run, write_scene: Write) -> None:
     write_scene(("[6.0, 5.0, 4.0]", "[0.0, 0.0, 0.0]"))
     assert lightgauge("run", "tiny.toml").status == 3
-    message = results_of(with_truth)["tiny/indirect.irradiance"]["message"]
+    message = results_of(with_truth)[JUDGED]["message"]
     assert "there is nothing to compare" in message
 
 
 def result_with(verdict: Verdict, status: int = 0) -> CheckResult:
-    scene = Scene.model_construct(name="s", title="S")
-    check = Check.model_construct(quantity="depth", technique="raster.depth", settings={}, fit_exposure=False)
-    result = empty_result(scene, "s", check, technique("raster.depth"), "m")
-    return CheckResult(**(vars(result) | {"verdict": verdict, "exit_status": status}))
+    scene = load_scene(find_scene("parity-wide"))
+    result = empty_result(scene, "parity-wide", PARITY[0], technique("raster.normal"), "1")
+    return replace(result, verdict=verdict, exit_status=status)
 
 
 @pytest.mark.parametrize(

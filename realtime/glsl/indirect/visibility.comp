@@ -1,8 +1,9 @@
 #version 430
-// Which surfels each receiver sees past the subject itself: one bit each, 32 to an invocation.
+// Which surfels each receiver sees past the subject itself: one bit each, 32 to an invocation. Neighbouring invocations are
+// neighbouring receivers, whose rays to the same surfel take nearly the same way through the hierarchy.
 #include "lib/surfels.glsl"
 #include "indirect/bvh.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 64) in;
 struct Receiver {
     vec4 position;
     vec4 normal;
@@ -19,7 +20,7 @@ uniform float offset;
 const float END = 0.995;
 
 void main() {
-    int word = int(gl_GlobalInvocationID.x), receiver = int(gl_GlobalInvocationID.y);
+    int receiver = int(gl_GlobalInvocationID.x), word = int(gl_GlobalInvocationID.y);
     if (word >= words || receiver >= receiver_count) return;
     vec3 normal = receivers[receiver].normal.xyz;
     vec3 origin = receivers[receiver].position.xyz + offset * normal;
