@@ -1,11 +1,14 @@
 """A scene of a few pixels, and the command line run on it in a folder of the test's own."""
 
+import os
 import shutil
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -14,10 +17,12 @@ from comparisons.cli import main
 if TYPE_CHECKING:
     import moderngl
 
+ROOT = Path(__file__).parents[2]
+
 TINY = """\
 title = "A ball in a small room"
 subject = ["ball"]
-truth = { max_spp = 512 }
+truth = { max_spp = 4096 }
 
 [sensor]
 type = "perspective"
@@ -48,7 +53,7 @@ material = "white"
 
 [[emitters]]
 type = "point"
-position = [0.7, 0.9, 0.8]
+position = [0.5, 0.2, 0.9]
 intensity = [6.0, 5.0, 4.0]
 
 [[checks]]
@@ -83,8 +88,10 @@ def write_tiny(folder: Path, *changes: tuple[str, str], name: str = "tiny") -> P
 def finished(tmp_path_factory: pytest.TempPathFactory, gl: "moderngl.Context", mi: ModuleType) -> Path:
     """A folder in which `lightgauge run tiny.toml` has been run. Only to be read."""
     folder = tmp_path_factory.mktemp("finished")
-    scene, store, report = write_tiny(folder), folder / ".lightgauge", folder / "report"
-    assert main(["run", str(scene), "--store", str(store), "-o", str(report)]) == 0
+    write_tiny(folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert main(["run", "tiny.toml"]) == 0
     return folder
 
 
@@ -129,5 +136,35 @@ def lightgauge(capsys: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
             status = int(str(ended.code))
         written = capsys.readouterr()
         return Outcome(status, written.out, written.err)
+
+    return run
+
+
+@pytest.fixture
+def start(here: Path, pytestconfig: pytest.Config) -> Callable[..., "subprocess.Popen[str]"]:
+    """Starts the command line in a process of its own: start("run", "tiny.toml", before="Python to run first")."""
+    assert pytestconfig.cache is not None
+    kernels = {"DRJIT_CACHE_DIR": str(pytestconfig.cache.mkdir("kernels"))}
+
+    def begin(*arguments: str, before: str = "", environment: dict[str, str] | None = None, **streams: Any) -> Any:
+        code = f"import sys\n{before}\nfrom comparisons.cli import main\nsys.exit(main(sys.argv[1:]))"
+        return subprocess.Popen(
+            [sys.executable, "-c", code, *arguments],
+            env=os.environ | kernels | {"PYTHONPATH": str(ROOT)} | (environment or {}),
+            text=True,
+            **({"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | streams),
+        )
+
+    return begin
+
+
+@pytest.fixture
+def lightgauge_apart(start: Callable[..., "subprocess.Popen[str]"]) -> Callable[..., Outcome]:
+    """Runs the command line in a process of its own, to its end."""
+
+    def run(*arguments: str, **options: Any) -> Outcome:
+        process = start(*arguments, **options)
+        out, err = process.communicate(timeout=120)
+        return Outcome(process.returncode, out, err)
 
     return run

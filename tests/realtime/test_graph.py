@@ -50,6 +50,11 @@ def test_a_pass_that_is_skipped_is_reported_with_its_own_reason() -> None:
     assert [(s.what, s.why) for s in made.skipped] == [("one", "it is dark")]
 
 
+def test_what_is_merely_used_is_still_written() -> None:
+    made = plan([step("one", "a"), step("two", "i", uses="a")], "i")
+    assert names(made.passes) == ["one", "two"]
+
+
 def test_a_skipped_pass_asks_for_nothing() -> None:
     made = plan([step("one", "a"), step("two", "b", reads="a", skip="not needed"), step("three", "i", uses="b")], "i")
     assert names(made.passes) == ["three"]

@@ -150,6 +150,15 @@ def test_samples_merge_to_the_bit(make_scene: MakeScene, reference: MakeReferenc
     np.testing.assert_array_equal(grown.accumulators, at_once.accumulators)
 
 
+def test_blocks_count_by_their_samples(
+    make_scene: MakeScene, reference: MakeReference, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Blocks of 4, 4 and 8 samples whose values are 4, 4 and 8: the mean of the samples is (16 + 16 + 64) / 16."""
+    rendered_by(lambda stage, pixels, seed, spp: np.full((len(pixels), 3), float(spp)), monkeypatch)
+    truth = reference(make_scene()).truth(INDIRECT, 256)
+    np.testing.assert_array_equal(truth.accumulators[:, truth.mask], 6)
+
+
 def test_nothing_is_rendered_twice(
     make_scene: MakeScene, reference: MakeReference, monkeypatch: pytest.MonkeyPatch
 ) -> None:
