@@ -16,7 +16,7 @@ import numpy as np
 from realtime.camera import cube_cameras
 from realtime.frame import Frame, is_environment
 from realtime.graph import Pass
-from realtime.shadows import lights_pass, shadow_pass
+from realtime.shadows import ShadowAtlas, lights_pass, shadow_pass
 from realtime.sky import sky_pixels
 from scenes.features import Features
 
@@ -98,7 +98,7 @@ def _capture(frame: Frame, side: int) -> None:
     framebuffer.use()
     framebuffer.clear()
     context.enable_only(context.DEPTH_TEST)
-    shader = frame.program("raster/mesh.vert", "raster/gbuffer.frag")
+    shader = frame.program("raster/mesh.vert", "raster/gbuffer.frag", AS_SEEN=1)
     _, radius = frame.bounds
     for face, camera in enumerate(cube_cameras(frame.subject_centre, 1e-3 * radius, 3 * radius)):
         framebuffer.viewport = (face * side, 0, side, side)
@@ -108,11 +108,13 @@ def _capture(frame: Frame, side: int) -> None:
 
 def bind_lights(frame: Frame) -> dict[str, Any]:
     """Bind what indirect/direct_light.glsl reads; returns its uniforms."""
-    count = len(frame.resources["lights"])
-    if count:
-        frame.resources["shadow_atlas"].use(3)
-        frame.resources["light_buffer"].bind_to_storage_buffer(3)
-    return {"light_count": count, "scene_radius": frame.bounds[1]}
+    lights = frame.resources["lights"]
+    if not lights:
+        return {"light_count": 0}
+    atlas: ShadowAtlas = frame.resources["shadow_atlas"]
+    atlas.texture.use(3)
+    atlas.lights.bind_to_storage_buffer(3)
+    return {"light_count": len(lights), "scene_radius": frame.bounds[1], "shadow_side": atlas.side}
 
 
 def _relight(frame: Frame) -> None:

@@ -17,7 +17,7 @@ class Light:
 
     POINT: `place` is its position, `strength` its intensity [W/sr]. FACET: a piece of an emitting surface, `strength`
     its radiance times its area [W/sr], shining to the side of `axis`. PARALLEL: `axis` is where the light travels to,
-    `strength` its irradiance [W/m²].
+    `strength` its irradiance [W/m²]. `source` tells the emitters apart.
     """
 
     kind: int
@@ -25,23 +25,24 @@ class Light:
     axis: Float64
     strength: Float64
     area: float
+    source: int
 
 
 def lights_of(scene: Scene, meshes: tuple[Mesh, ...], facets: int) -> list[Light]:
     """All emitters but the sky; every emitting mesh becomes `facets` facets of equal area."""
     zero = np.zeros(3)
     lights = []
-    for emitter in scene.emitters:
-        if isinstance(emitter, PointLight):
-            lights.append(Light(POINT, np.array(emitter.position), zero, np.array(emitter.intensity), 0.0))
-        elif isinstance(emitter, DirectionalLight):
-            direction = np.array(emitter.direction) / np.linalg.norm(emitter.direction)
-            lights.append(Light(PARALLEL, zero, direction, np.array(emitter.irradiance), 0.0))
-    for mesh in meshes:
-        if mesh.radiance is not None:
-            places, axes, area = facets_of(mesh.surface, facets)
-            strength = np.array(mesh.radiance) * area
-            lights += [Light(FACET, p, a, strength, area) for p, a in zip(places, axes, strict=True)]
+    for source, emitter in enumerate((*scene.emitters, *(mesh for mesh in meshes if mesh.radiance is not None))):
+        match emitter:
+            case PointLight():
+                lights.append(Light(POINT, np.array(emitter.position), zero, np.array(emitter.intensity), 0.0, source))
+            case DirectionalLight():
+                direction = np.array(emitter.direction) / np.linalg.norm(emitter.direction)
+                lights.append(Light(PARALLEL, zero, direction, np.array(emitter.irradiance), 0.0, source))
+            case Mesh():
+                places, axes, area = facets_of(emitter.surface, facets)
+                strength = np.array(emitter.radiance) * area
+                lights += [Light(FACET, p, a, strength, area, source) for p, a in zip(places, axes, strict=True)]
     return lights
 
 

@@ -1,6 +1,9 @@
-"""Distance maps of all lights in one atlas: a row of six tiles for each light."""
+"""Distance maps of all lights in one atlas: a strip of six tiles for each light, the strips in columns."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,7 +11,11 @@ from realtime.camera import Camera, cube_cameras, parallel_camera
 from realtime.frame import Frame
 from realtime.graph import Pass
 from realtime.lights import PARALLEL, Light, lights_of
+from scenes.errors import InputError
 from scenes.image import Float32
+
+if TYPE_CHECKING:
+    import moderngl
 
 FLOATS_A_LIGHT = 12
 
@@ -33,24 +40,49 @@ def shadow_pass(side: int, skip: str = "") -> Pass:
     )
 
 
+@dataclass(frozen=True)
+class ShadowAtlas:
+    """`texture` holds the strips of tiles of `side` texels, `lights` what indirect/direct_light.glsl reads."""
+
+    texture: moderngl.Texture
+    side: int
+    lights: moderngl.Buffer
+
+
+def strip_corners(count: int, side: int, largest: int) -> list[tuple[int, int]]:
+    """Lower left corners of `count` strips of 6 x 1 tiles in columns that fit into a texture of side `largest`.
+
+    Raises
+    ------
+    InputError
+        They do not fit.
+    """
+    rows = min(count, largest // side)
+    if rows == 0 or -(-count // rows) * 6 * side > largest:
+        raise InputError(
+            f"Found {count} small lights with shadow maps of {side} x {side}; their atlas does not fit into a texture "
+            f"of {largest} x {largest}. Set shadow_side or facets lower."
+        )
+    return [(i // rows * 6 * side, i % rows * side) for i in range(count)]
+
+
 def _draw(frame: Frame, side: int) -> None:
     context = frame.context
     lights: list[Light] = frame.resources["lights"]
-    rows = max(1, len(lights))
-    size = (6 * side, rows * side)
+    corners = strip_corners(max(1, len(lights)), side, int(context.info["GL_MAX_TEXTURE_SIZE"]))
+    size = (corners[-1][0] + 6 * side, max(y for _, y in corners) + side)
     atlas = frame.texture(size, 1)
     framebuffer = context.framebuffer([atlas], context.depth_renderbuffer(size))
     framebuffer.use()
     framebuffer.clear(red=3e38)
     context.enable_only(context.DEPTH_TEST)
     shader = frame.program("raster/mesh.vert", "raster/distance.frag")
-    for row, light in enumerate(lights):
+    for (x, y), light in zip(corners, lights, strict=False):
         for tile, camera in enumerate(_cameras(frame, light)):
-            framebuffer.viewport = (tile * side, row * side, side, side)
+            framebuffer.viewport = (x + tile * side, y, side, side)
             shader["parallel"] = light.kind == PARALLEL
             frame.draw(shader, camera)
-    frame.resources["shadow_atlas"] = atlas
-    frame.resources["light_buffer"] = context.buffer(_packed(frame, lights).tobytes())
+    frame.resources["shadow_atlas"] = ShadowAtlas(atlas, side, context.buffer(_packed(frame, lights).tobytes()))
 
 
 def _cameras(frame: Frame, light: Light) -> tuple[Camera, ...]:

@@ -66,10 +66,10 @@ def two_lights(lights: list[Light], centre: Float64) -> list[tuple[tuple[float, 
     All facets of one emitting surface count as one light at their mean.
     """
     found: list[tuple[tuple[float, ...], Float64]] = []
-    surfaces: dict[tuple[float, ...], list[Light]] = {}
+    surfaces: dict[int, list[Light]] = {}
     for light in lights:
         if light.kind == FACET:
-            surfaces.setdefault((*light.strength, light.area), []).append(light)
+            surfaces.setdefault(light.source, []).append(light)
         elif light.kind == PARALLEL:
             found.append(((*-light.axis, 0.0), light.strength / np.pi))
         else:

@@ -29,7 +29,7 @@ LIGHTS: dict[str, dict[str, Any]] = {
     "name",
     [
         "indirect.irradiance",
-        pytest.param("indirect.probe", marks=pytest.mark.xfail(reason="a surfel seen from behind shines as its front")),
+        "indirect.probe",
     ],
 )
 @pytest.mark.parametrize("light", LIGHTS)

@@ -67,7 +67,6 @@ def test_a_disk_that_faces_away_gives_nothing(make_scene: MakeScene) -> None:
     assert not two_of(make_scene(emitters=[disk([0.1, 1.0, 0.0], [0.0, 1.0, 0.0])]))[0][1].any()
 
 
-@pytest.mark.xfail(reason="surfaces are told apart by radiance and area alone: equal lamps become one between them")
 def test_two_equal_lamps_are_two_lights(make_scene: MakeScene) -> None:
     panel = {"type": "rectangle", "size": [0.5, 0.5], "rotation_deg": [90.0, 0.0, 0.0], "material": "white"}
     panels = [panel | {"name": f"panel-{i}", "position": [x, 1.0, 0.0]} for i, x in enumerate((-1.0, 1.0))]

@@ -11,7 +11,16 @@ layout(location = 0) out vec4 out_position;
 layout(location = 1) out vec4 out_normal;
 layout(location = 2) out vec4 out_albedo;
 void main() {
+    vec3 n = normalize(normal);
+    vec3 albedo = textureLod(reflectance_map, uv, 0.0).rgb;
+#ifdef AS_SEEN
+    // Seen from behind, a surface is as black as its material says it is, and faces whoever sees it.
+    if (!gl_FrontFacing) {
+        n = -n;
+        albedo = vec3(0.0);
+    }
+#endif
     out_position = vec4(position, 1.0);
-    out_normal = vec4(normalize(normal), is_subject);
-    out_albedo = vec4(textureLod(reflectance_map, uv, 0.0).rgb, dot(position - eye, forward));
+    out_normal = vec4(n, is_subject);
+    out_albedo = vec4(albedo, dot(position - eye, forward));
 }
