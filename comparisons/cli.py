@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+from comparisons.interrupt import Interrupt
 from scenes.errors import InputError, LightgaugeError, MachineError
 
 if TYPE_CHECKING:
@@ -162,10 +163,15 @@ def _explain(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
+    with Interrupt() as interrupt:
+        return _run_checks(options, interrupt)
+
+
+def _run_checks(options: argparse.Namespace, interrupt: Interrupt) -> int:
     from comparisons.doctor import require_writable
     from comparisons.progress import Display
     from comparisons.results import prepare_folder, results_json, with_pictures, write_run
-    from comparisons.suite import exit_status, run, validate
+    from comparisons.suite import Progress, exit_status, run, validate
     from comparisons.summary import closing_lines, line_of
     from reference.store import Store
 
@@ -177,7 +183,9 @@ def _run(options: argparse.Namespace) -> int:
     store = Store(options.store)
     warnings.filterwarnings("ignore", module="colour")
     with Display(sum(len(r.checks) for r in requests), line_of, print) as display:
-        results = run(requests, store, display.progress)
+        bar = display.progress
+        progress = Progress(interrupt.after(bar.step), interrupt.after(bar.finished))
+        results = run(requests, store, progress)
     shown = [with_pictures(options.folder, store, result) for result in results]
     page = write_run(options.folder, results_json(shown, started, time.perf_counter() - clock, store.notes))
     for line in closing_lines(results, store.notes, page, time.perf_counter() - clock):

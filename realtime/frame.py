@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -129,28 +130,25 @@ class Frame:
         shader: Any,
         camera: Camera,
         which: Callable[[Mesh], bool] = lambda mesh: True,
-        received: moderngl.Buffer | None = None,
+        received: Mapping[str, moderngl.Buffer] = MappingProxyType({}),
     ) -> None:
         """Draw the meshes for which `which` holds into the framebuffer in use.
 
-        `received` holds a vec4 for each vertex of the subject, mesh after mesh.
+        `received` gives some meshes, by name, one more vec4 for each vertex: `in_received`.
         """
         set_uniforms(shader, world_to_clip=columns(camera.matrix), eye=tuple(camera.eye), forward=tuple(camera.forward))
-        first = 0
         for drawable in self.drawables:
             mesh = drawable.mesh
+            if not which(mesh):
+                continue
             layout: list[tuple[Any, ...]] = [(drawable.vertices, "3f4 3f4 2f4", "in_position", "in_normal", "in_uv")]
-            if received is not None:
-                size = 16 * len(mesh.surface.positions)
-                values = received.read(size, offset=first) if mesh.is_subject else bytes(size)
-                first += size if mesh.is_subject else 0
-                layout.append((self.context.buffer(values), "4f4", "in_received"))
-            if which(mesh):
-                drawable.texture.use(TEXTURE_UNIT)
-                set_uniforms(shader, reflectance_map=TEXTURE_UNIT, is_subject=float(mesh.is_subject))
-                array = self.context.vertex_array(shader, layout, drawable.indices, skip_errors=True)
-                array.render()
-                array.release()
+            if mesh.name in received:
+                layout.append((received[mesh.name], "4f4", "in_received"))
+            drawable.texture.use(TEXTURE_UNIT)
+            set_uniforms(shader, reflectance_map=TEXTURE_UNIT, is_subject=float(mesh.is_subject))
+            array = self.context.vertex_array(shader, layout, drawable.indices, skip_errors=True)
+            array.render()
+            array.release()
 
     def read(self, name: str, components: int) -> Float32:
         """A texture as (H, W, C) float32, row 0 at the top."""

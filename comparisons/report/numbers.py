@@ -102,4 +102,5 @@ def _unit(metric: str, quantity_unit: str) -> str:
     if is_share(metric):
         return "%"
     unit = METRICS[metric].unit if metric in METRICS else "1"
-    return {"1": "", "quantity": quantity_unit}.get(unit, unit)
+    stated = quantity_unit if unit == "quantity" else unit
+    return "" if stated == "1" else stated

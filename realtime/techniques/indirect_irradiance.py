@@ -1,6 +1,9 @@
 """The captured surroundings as surface elements that each point of the subject gathers from its own place."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from realtime.capture import Surfels, bind_visibility, bounce_passes, reflected
 from realtime.frame import Frame
@@ -11,6 +14,9 @@ from realtime.technique import Parameter, Technique
 from realtime.techniques.indirect_probe import CAPTURE, captured
 from scenes.features import Features
 from scenes.model import Scene, SettingValue
+
+if TYPE_CHECKING:
+    import moderngl
 
 SUBJECT_SURFELS = Parameter("subject_surfels", 512, (64, 128, 256, 512, 1024), "surfels on each mesh of the subject")
 
@@ -79,7 +85,18 @@ def _gather_vertices(frame: Frame) -> None:
         **surfels.uniforms(),
         **bind_visibility(frame),
     )
-    frame.resources["received"] = received
+    frame.resources["received"] = _by_mesh(frame, received)
+
+
+def _by_mesh(frame: Frame, values: moderngl.Buffer) -> dict[str, moderngl.Buffer]:
+    """Cut a vec4 for each vertex of the subject into a buffer for each of its meshes."""
+    buffers, first = {}, 0
+    for mesh in frame.meshes:
+        if mesh.is_subject:
+            size = 16 * len(mesh.surface.positions)
+            buffers[mesh.name] = frame.context.buffer(values.read(size, offset=first))
+            first += size
+    return buffers
 
 
 def _draw_received(frame: Frame) -> None:
