@@ -18,6 +18,7 @@ from realtime.frame import Frame, is_environment
 from realtime.graph import Pass
 from realtime.shadows import ShadowAtlas, lights_pass, shadow_pass
 from realtime.sky import sky_pixels
+from scenes.errors import InputError
 from scenes.features import Features
 
 if TYPE_CHECKING:
@@ -135,6 +136,7 @@ def _reduce(frame: Frame, block: int) -> None:
     pixels = sky_pixels(frame.scene)
     sky = context.texture((pixels.shape[1], pixels.shape[0]), 3, pixels.tobytes(), dtype="f4")
     sky.filter = (context.LINEAR, context.LINEAR)
+    sky.repeat_y = False
     sky.use(4)
     buffer = context.buffer(reserve=count * FLOATS_A_SURFEL * 4)
     buffer.bind_to_storage_buffer(0)
@@ -155,7 +157,13 @@ def bind_visibility(frame: Frame) -> dict[str, int]:
 
 def _transport(frame: Frame) -> None:
     surfels: Surfels = frame.resources["surfels"]
-    transport = frame.context.buffer(reserve=surfels.count**2 * 4)
+    size, largest = surfels.count**2 * 4, int(frame.context.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"])
+    if size > largest:
+        raise InputError(
+            f"Light between {surfels.count} surfels needs a matrix of {size / 1e6:.0f} MB; this GPU allows buffers of "
+            f"{largest / 1e6:.0f} MB. Set block higher, or side or subject_surfels lower."
+        )
+    transport = frame.context.buffer(reserve=size)
     surfels.buffer.bind_to_storage_buffer(0)
     transport.bind_to_storage_buffer(1)
     shader = frame.program("indirect/transport.comp")

@@ -12,7 +12,7 @@ from realtime.frame import Frame
 from realtime.graph import Plan, Skip, plan
 from realtime.technique import Technique
 from scenes.errors import InputError, RenderError
-from scenes.features import features_of
+from scenes.features import Features, features_of
 from scenes.geometry import geometry_of
 from scenes.image import Float32, Image
 from scenes.model import Scene, SettingValue
@@ -31,9 +31,8 @@ class Rendering:
     pass_seconds: dict[str, float]
 
 
-def plan_of(technique: Technique, scene: Scene, settings: dict[str, SettingValue]) -> Plan:
+def plan_of(technique: Technique, scene: Scene, features: Features, settings: dict[str, SettingValue]) -> Plan:
     """What would run; needs no GPU."""
-    features = features_of(scene, geometry_of(scene))
     return plan(technique.passes(scene, features, technique.settings(settings)), "image")
 
 

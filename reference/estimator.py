@@ -75,7 +75,7 @@ def _code(name: str) -> str:
     here, scenes = Path(__file__).parent, Path(geometry.__file__).parent
     module = Path(str(importlib.import_module(MODULES[name]).__file__))
     shared = [here / "stage.py", here / "to_mitsuba.py", *sorted((here / "integrators").glob("*.py"))]
-    shapes = [scenes / name for name in ("procedural.py", "mesh_files.py", "geometry.py", "srgb.py")]
+    shapes = [scenes / name for name in ("procedural.py", "mesh_files.py", "topology.py", "geometry.py", "srgb.py")]
     return code_digest(module, *shared, *shapes)
 
 
@@ -88,14 +88,19 @@ def versions() -> dict[str, str]:
 def truth_parts(scene: Scene, name: str) -> dict[str, Any]:
     """Everything that the truth of a quantity depends on, and nothing else."""
     found = quantity(name)
-    sampled = {"accumulators": ACCUMULATORS, "first_block": FIRST_BLOCK} if found.block else {}
+    blocks = {
+        "accumulators": ACCUMULATORS,
+        "first_block": FIRST_BLOCK,
+        "largest_block": LARGEST_BLOCK,
+        "mask_code": _code("coverage"),
+    }
     return {
         "quantity": found.name,
         "code": _code(name),
         "pixel_grid": PIXEL_GRID,
         "scene": scene_parts(scene),
         "renderer": versions(),
-        **sampled,
+        **(blocks if found.block else {}),
     }
 
 
@@ -169,7 +174,7 @@ class Reference:
             image = self._exact(name)
             everywhere = np.ones(image.pixels.shape[:2], dtype=bool)
             return Truth(name, shelf.key, image.pixels[None], everywhere, 0, image.provenance["seconds"], integrator)
-        return self._sampled(found, shelf, integrator, -(-spp // ACCUMULATORS))
+        return self._sampled(found, shelf, integrator, max(1, -(-spp // ACCUMULATORS)))
 
     def _exact(self, name: str) -> Image:
         found = quantity(name)

@@ -223,7 +223,10 @@ class ConstantLight(Strict):
 
 
 class EnvironmentLight(Strict):
-    """A latitude-longitude EXR of radiance, relative to the scene: row 0 is +Y, the middle column is -Z."""
+    """A latitude-longitude EXR of radiance, relative to the scene.
+
+    The centre of row 0 is +Y, that of the last row -Y; the middle column is -Z.
+    """
 
     type: Literal["environment"]
     path: str

@@ -13,7 +13,7 @@ from scenes.model import Scene, SettingValue
 
 CAPTURE = (
     Parameter("side", 96, (24, 48, 96), "texels along an edge of the captured cube's faces"),
-    Parameter("block", 6, (3, 6, 12), "texels along an edge of a surfel; divides `side`"),
+    Parameter("block", 6, (6, 8, 12, 24), "texels along an edge of a surfel; divides `side`"),
     Parameter("shadow_side", 256, (64, 128, 256, 512), "texels along an edge of a shadow tile"),
     Parameter("facets", 16, (1, 4, 16), "point lights that stand for each emitting surface"),
 )

@@ -46,7 +46,7 @@ void main() {
             radiance += solid_angle * texelFetch(radiance_map, at, 0).rgb;
             seen += solid_angle;
         } else {
-            sky += solid_angle * textureLod(sky_map, sky_uv(d), 0.0).rgb;
+            sky += solid_angle * textureLod(sky_map, sky_uv(d, float(textureSize(sky_map, 0).y)), 0.0).rgb;
         }
     }
     Surfel s;

@@ -1,5 +1,7 @@
-// Direction to the latitude-longitude image of a scene's environment: its first row is +Y, its middle column -Z.
-vec2 sky_uv(vec3 d) {
+// Direction to the latitude-longitude image of a scene's environment, which has `rows` rows: the centre of the first is +Y, that
+// of the last -Y; the middle column is -Z.
+vec2 sky_uv(vec3 d, float rows) {
     const float pi = 3.14159265358979;
-    return vec2(0.5 + atan(d.x, -d.z) / (2.0 * pi), acos(clamp(d.y / length(d), -1.0, 1.0)) / pi);
+    float down = acos(clamp(d.y / length(d), -1.0, 1.0)) / pi;
+    return vec2(0.5 + atan(d.x, -d.z) / (2.0 * pi), (0.5 + down * (rows - 1.0)) / rows);
 }
