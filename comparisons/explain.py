@@ -28,7 +28,7 @@ def explanation(scene: Scene) -> Iterator[str]:
     yield f"  features  {', '.join(name.replace('_', ' ') for name in present) or 'none'}"
     for check in checks_of(scene):
         used = technique(check.technique)
-        plan = plan_of(used, scene, dict(check.settings))
+        plan = plan_of(used, scene, features, dict(check.settings))
         integrator = quantity(check.quantity).integrator(scene)
         yield ""
         yield f"  {id_of(check)} approximates {check.quantity}"

@@ -16,7 +16,7 @@ from scenes.exr import read_exr
 Run = Callable[..., Any]
 Write = Callable[..., Path]
 
-TRUTH_OF_4096_SPP = "import comparisons.suite; comparisons.suite.FIRST_SPP = 1 << 12"
+TRUTH_OF_2048_SPP = "import comparisons.suite; comparisons.suite.FIRST_SPP = 1 << 11"
 INTERRUPT_THE_IMPORT_OF_MITSUBA = """
 import os, signal
 class Finder:
@@ -89,9 +89,9 @@ def test_what_was_rendered_is_kept_and_the_next_run_goes_on_from_there(
     here: Path, start: Run, lightgauge_apart: Run, write_scene: Write
 ) -> None:
     write_scene()
-    process = start("run", "tiny.toml", before=TRUTH_OF_4096_SPP)
+    process = start("run", "tiny.toml", before=TRUTH_OF_2048_SPP)
     deadline = time.monotonic() + 60
-    while not list((here / ".lightgauge").rglob("block-003.exr")):
+    while not list((here / ".lightgauge").rglob("block-002.exr")):
         assert process.poll() is None, "it ended before it could be interrupted"
         assert time.monotonic() < deadline
         time.sleep(0.005)
@@ -102,11 +102,11 @@ def test_what_was_rendered_is_kept_and_the_next_run_goes_on_from_there(
     kept = {path: path.stat().st_mtime_ns for path in (here / ".lightgauge").rglob("*.exr")}
     assert all(read_exr(path).provenance for path in kept)
 
-    assert lightgauge_apart("run", "tiny.toml", before=TRUTH_OF_4096_SPP).status == 0
+    assert lightgauge_apart("run", "tiny.toml", before=TRUTH_OF_2048_SPP).status == 0
     finished = {path: path.stat().st_mtime_ns for path in (here / ".lightgauge").rglob("*.exr")}
     assert finished.items() > kept.items()
     at_once = ("run", "tiny.toml", "--store", "other", "-o", "at-once")
-    assert lightgauge_apart(*at_once, before=TRUTH_OF_4096_SPP).status == 0
+    assert lightgauge_apart(*at_once, before=TRUTH_OF_2048_SPP).status == 0
     resumed, uninterrupted = (
         json.loads((here / folder / "results.json").read_text())["checks"] for folder in ("report", "at-once")
     )

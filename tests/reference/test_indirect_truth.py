@@ -78,7 +78,7 @@ def test_a_sphere_in_a_glowing_one(make_scene: MakeScene, make_cavity: MakeCavit
         shapes=[make_cavity(1.0, "wall"), BALL],
         emitters=[{"type": "area", "shape": "cavity", "radiance": emitted.tolist()}],
     )
-    truth = reference(scene).truth("indirect_radiance", 2048)
+    truth = reference(scene).truth("indirect_radiance", 8192)
     assert truth.mask.all()
     F = 0.5**2
     leaving = np.pi * emitted / (1 - rho * ((1 - F) + F * a))

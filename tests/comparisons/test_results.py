@@ -1,0 +1,189 @@
+"""results.json: what it holds, and that it comes back as it was."""
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import asdict, fields, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from comparisons.gate import CriterionResult, Verdict
+from comparisons.result import CheckResult, check_id, rerun_command
+from comparisons.results import commit, read_run, results_json
+from comparisons.summary import closing_lines, line_of
+
+Run = Callable[..., Any]
+
+CRITERION_KEYS = {"metric", "value", "low", "high", "bound", "min", "max", "verdict", "reason", "note", "valid"}
+CHECK_KEYS = {"id", *(field.name for field in fields(CheckResult))}
+
+numbers = st.floats(allow_nan=False, allow_infinity=False)
+texts = st.text(max_size=12)
+criteria = st.builds(
+    CriterionResult,
+    metric=texts,
+    value=numbers,
+    low=numbers,
+    high=numbers,
+    min=st.none() | numbers,
+    max=st.none() | numbers,
+    verdict=st.sampled_from(Verdict),
+    reason=texts,
+    note=texts,
+    valid=st.booleans(),
+)
+checks = st.builds(
+    CheckResult,
+    scene=texts,
+    scene_title=texts,
+    quantity=texts,
+    technique=texts,
+    settings=st.dictionaries(texts, st.booleans() | st.integers() | numbers | texts, max_size=3),
+    fit_exposure=st.booleans(),
+    verdict=st.sampled_from(Verdict),
+    message=texts,
+    criteria=st.lists(criteria, max_size=3).map(tuple),
+    unit=texts,
+    card=st.dictionaries(texts, texts, max_size=2),
+    rerun=texts,
+    spp=st.integers(min_value=0),
+    seconds=st.dictionaries(texts, numbers, max_size=2),
+    skipped=st.lists(st.fixed_dictionaries({"what": texts, "why": texts}), max_size=2).map(tuple),
+    images=st.dictionaries(texts, texts, max_size=2),
+    error_scale=st.none() | numbers,
+    exit_status=st.sampled_from((0, 3, 4)),
+)
+
+
+def no_constants(name: str) -> None:
+    raise AssertionError(f"{name} is not JSON")
+
+
+@given(checks)
+def test_a_result_comes_back_from_json_as_it_was(result: CheckResult) -> None:
+    text = json.dumps(result.to_json(), allow_nan=False)
+    assert CheckResult.from_json(json.loads(text)) == result
+
+
+@given(criteria, st.sampled_from((math.nan, math.inf, -math.inf)))
+def test_a_measurement_that_is_no_number_is_null(criterion: CriterionResult, value: float) -> None:
+    result = replace(BARE, criteria=(replace(criterion, value=value, low=value, high=value),))
+    plain = json.loads(json.dumps(result.to_json(), allow_nan=False))
+    assert [plain["criteria"][0][key] for key in ("value", "low", "high")] == [None, None, None]
+    (back,) = CheckResult.from_json(plain).criteria
+    assert math.isnan(back.value)
+    assert replace(back, value=0, low=0, high=0) == replace(criterion, value=0, low=0, high=0)
+
+
+BARE = CheckResult("s", "S", "depth", "t", {}, False, Verdict.ERROR, "", (), "m", {}, "lightgauge run s")
+
+
+@given(criteria)
+def test_the_bound_of_a_criterion_is_its_upper_one_if_there_is_one(criterion: CriterionResult) -> None:
+    (plain,) = replace(BARE, criteria=(criterion,)).to_json()["criteria"]
+    assert plain["bound"] == (criterion.min if criterion.max is None else criterion.max)
+
+
+def test_the_results_of_a_run_have_the_keys_that_readers_rely_on(after_a_run: Path) -> None:
+    text = (after_a_run / "report" / "results.json").read_text(encoding="utf-8")
+    results = json.loads(text, parse_constant=no_constants)
+    assert results["schema"] == 1
+    assert {"environment", "started", "seconds", "counts", "store_note", "checks"} <= set(results)
+    assert results["counts"] == {"PASS": 5, "INCONCLUSIVE": 0, "FAIL": 0, "ERROR": 0}
+    assert results["seconds"] > 0
+    assert results["environment"]["mitsuba"].count(".") == 2
+    assert "OpenGL" in results["environment"]["gl_renderer"]
+    for check in results["checks"]:
+        assert set(check) == CHECK_KEYS
+        assert check["criteria"]
+        assert all(set(criterion) == CRITERION_KEYS for criterion in check["criteria"])
+        assert set(check["seconds"]) == {"realtime", "reference"}
+        assert all((after_a_run / "report" / path).is_file() for path in check["images"].values())
+        assert set(check["images"]) == {"realtime", "truth", "error"}
+        assert json.loads(json.dumps(CheckResult.from_json(check).to_json())) == check
+
+
+def test_every_skip_has_a_reason(after_a_run: Path) -> None:
+    _, results = read_run(after_a_run / "report")
+    skipped = [skip for check in results["checks"] for skip in check["skipped"]]
+    assert any(skip["what"] == "self-visibility" for skip in skipped)
+    assert all(set(skip) == {"what", "why"} and len(skip["why"]) > 8 for skip in skipped)
+
+
+def test_verdicts_are_counted() -> None:
+    of = [replace(BARE, verdict=verdict) for verdict in (Verdict.PASS, Verdict.PASS, Verdict.FAIL)]
+    results = results_json(of, "2024-01-01T00:00:00+00:00", 1.5, ["one.", "two."])
+    assert results["counts"] == {"PASS": 2, "INCONCLUSIVE": 0, "FAIL": 1, "ERROR": 0}
+    assert results["store_note"] == "one. two."
+    assert results_json([], "", 0.0, [])["store_note"] is None
+
+
+def test_a_checkout_names_its_commit(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("comparisons.results.__file__", str(tmp_path / "results.py"))
+    assert commit() is None
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert commit() is None
+
+
+@pytest.mark.parametrize(
+    ("settings", "fitted", "name"),
+    [
+        ({}, False, "t"),
+        ({"b": 2, "a": 1.5}, False, "t[a=1.5,b=2]"),
+        ({}, True, "t[fitted]"),
+        ({"a": True}, True, "t[a=True,fitted]"),
+    ],
+)
+def test_the_name_of_a_check_tells_what_sets_it_apart(settings: dict[str, Any], fitted: bool, name: str) -> None:
+    assert check_id("t", settings, fitted) == name
+
+
+def test_the_command_to_repeat_a_check_can_be_pasted_into_a_shell() -> None:
+    assert rerun_command("knot", "raster.depth") == "lightgauge run knot -k raster.depth"
+    assert rerun_command("my scene.toml", "t") == "lightgauge run 'my scene.toml' -k t"
+
+
+JUDGED = CriterionResult("nrmse", 0.1, 0.09, 0.11, None, 0.08, Verdict.FAIL, "a reason", "a note")
+
+
+def test_a_line_shows_the_criterion_that_decides() -> None:
+    passing = replace(JUDGED, metric="flip", verdict=Verdict.PASS)
+    line = line_of(replace(BARE, verdict=Verdict.FAIL, criteria=(passing, JUDGED), cached=True))
+    assert line.startswith("FAIL         s/t  nrmse 10.0")
+    assert line.endswith("(stored)")
+    assert "flip" not in line
+
+
+def test_a_message_of_several_lines_is_one_line_of_progress() -> None:
+    assert line_of(replace(BARE, message="one\ntwo")).endswith("s/t  one two")
+
+
+def test_the_last_lines_say_what_is_not_fine_and_why() -> None:
+    results = [
+        replace(BARE, technique="good", verdict=Verdict.PASS),
+        replace(BARE, technique="bad", verdict=Verdict.FAIL, criteria=(JUDGED,)),
+        replace(BARE, technique="broken", message="first\nsecond"),
+        replace(BARE, technique="also broken", message="first\nsecond"),
+    ]
+    lines = list(closing_lines(results, ["A block was damaged."], Path("report/index.html"), 2.0))
+    assert lines[0] == "A block was damaged."
+    assert lines[1] == "FAIL s/bad"
+    assert lines[2].endswith("(a reason); a note")
+    assert lines[4:9] == [
+        "ERROR s/broken",
+        "  first\n  second",
+        "  again: lightgauge run s",
+        "ERROR s/also broken",
+        "  (for the same reason)",
+    ]
+    assert lines[-1] == "1 PASS, 1 FAIL, 2 ERROR in 2.0 s. Report: report/index.html"
+    assert not any("good" in line for line in lines)
+
+
+def test_results_hold_every_field(after_a_run: Path) -> None:
+    _, results = read_run(after_a_run / "report" / "results.json")
+    assert set(asdict(CheckResult.from_json(results["checks"][0]))) == CHECK_KEYS - {"id"}
