@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import realtime
+import scenes
 from comparisons.result import CheckResult
 from realtime.context import environment_choice
 from realtime.techniques import source_files
@@ -17,10 +18,10 @@ from scenes.model import Check, Scene
 
 @cache
 def judging_code() -> str:
-    """Digest of everything that draws and judges: the real-time side, the statistics, the pictures."""
+    """Digest of everything that draws and judges: scenes, the real-time side, the statistics, the pictures."""
     here = Path(__file__).parent
     judging = [*here.glob("*.py"), *here.glob("metrics/*.py"), here / "report" / "pictures.py"]
-    drawing = source_files(Path(realtime.__file__).parent)
+    drawing = [*source_files(Path(realtime.__file__).parent), *Path(scenes.__file__).parent.glob("*.py")]
     return digest_of([file_digest(path) for path in sorted([*judging, *drawing])])
 
 

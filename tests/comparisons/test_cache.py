@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from comparisons.cache import CheckCache, check_parts
+from comparisons.cache import CheckCache, check_parts, judging_code
 from reference.store import Store
 from scenes.exr import read_exr
 from scenes.load import load_scene
@@ -15,6 +15,8 @@ from scenes.model import Check, Scene
 
 Run = Callable[..., Any]
 Write = Callable[..., Path]
+
+ROOT = Path(__file__).parents[2]
 
 
 def results_of(folder: Path) -> dict[str, Any]:
@@ -178,6 +180,32 @@ def test_a_result_depends_on_everything_that_a_check_says(scene: Scene) -> None:
         check_parts(scene.model_copy(update={"truth": scene.truth.model_copy(update={"max_spp": 64})}), check),
     ]
     assert len({json.dumps(part, sort_keys=True) for part in parts}) == len(parts)
+
+
+def test_a_result_depends_on_the_code_that_draws_and_judges(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[str] = []
+
+    def digest(path: Path) -> str:
+        read.append(path.relative_to(ROOT).as_posix())
+        return path.name
+
+    monkeypatch.setattr("comparisons.cache.file_digest", digest)
+    changed = judging_code.__wrapped__()
+    assert {
+        "realtime/techniques/indirect_irradiance.py",
+        "realtime/glsl/indirect/gather.comp",
+        "realtime/glsl/lib/sh.glsl",
+        "comparisons/gate.py",
+        "comparisons/statistics.py",
+        "comparisons/metrics/nrmse.py",
+        "comparisons/report/pictures.py",
+        "scenes/features.py",
+    } <= set(read)
+    monkeypatch.undo()
+    cache = CheckCache(Store(scene.folder / ".lightgauge"))
+    assert cache.read(scene, scene.checks[0]) is not None
+    monkeypatch.setattr("comparisons.cache.judging_code", lambda: changed)
+    assert cache.read(scene, scene.checks[0]) is None
 
 
 def test_a_result_depends_on_the_graphics_driver_that_is_chosen(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
