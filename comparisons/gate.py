@@ -28,7 +28,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class CriterionResult:
-    """A criterion held against an estimate. `valid` is the estimate's: False means that no number of samples helps."""
+    """A criterion held against an estimate. `valid` is the estimate's: False means that nothing is to be decided on it."""
 
     metric: str
     value: float

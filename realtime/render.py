@@ -15,6 +15,7 @@ from scenes.errors import InputError, RenderError
 from scenes.features import Features, features_of
 from scenes.geometry import geometry_of
 from scenes.image import Float32, Image
+from scenes.mesh import Mesh
 from scenes.model import Scene, SettingValue
 
 if TYPE_CHECKING:
@@ -46,6 +47,11 @@ class Renderer:
     def _context(self) -> "moderngl.Context":
         return make_context()
 
+    @cached_property
+    def _contents(self) -> tuple[tuple[Mesh, ...], Features]:
+        meshes = geometry_of(self.scene)
+        return meshes, features_of(self.scene, meshes)
+
     def render(self, technique: Technique, given: dict[str, SettingValue], timed: bool = True) -> Rendering:
         """One image of the technique, and the time that a frame takes.
 
@@ -54,8 +60,7 @@ class Renderer:
         RenderError
             A shader does not compile, or the image holds NaNs or infinities.
         """
-        meshes = geometry_of(self.scene)
-        features = features_of(self.scene, meshes)
+        meshes, features = self._contents
         settings = technique.settings(given)
         width, height = self.scene.sensor.width * technique.grid, self.scene.sensor.height * technique.grid
         largest = int(self._context.info["GL_MAX_TEXTURE_SIZE"])

@@ -1,22 +1,25 @@
 """What a technique is: its card, its parameters, its passes."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from realtime.graph import Pass
+from scenes.errors import InputError
 from scenes.features import Features
 from scenes.model import Scene, SettingValue
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A setting with its default and the values that a benchmark sweeps."""
+    """A setting with its default, the values that a benchmark sweeps, and the least and the most that is allowed."""
 
     name: str
     default: SettingValue
     sweep: tuple[SettingValue, ...]
     summary: str
+    bounds: tuple[float, float] = (-math.inf, math.inf)
 
 
 @dataclass(frozen=True)
@@ -43,10 +46,8 @@ class Technique:
         Raises
         ------
         InputError
-            A name that is no parameter, or a value of another type.
+            A name that is no parameter, or a value of another type or out of bounds.
         """
-        from scenes.errors import InputError
-
         known = {p.name: p for p in self.parameters}
         for name, value in given.items():
             if name not in known:
@@ -60,4 +61,7 @@ class Technique:
                     f"Setting '{name}' of '{self.name}' is {value!r}; a {type(default).__name__} such as "
                     f"{default!r} is allowed."
                 )
+            least, most = known[name].bounds
+            if not isinstance(value, str) and not least <= value <= most:
+                raise InputError(f"Setting '{name}' of '{self.name}' is {value!r}; {least:g} to {most:g} is allowed.")
         return {p.name: given.get(p.name, p.default) for p in self.parameters}

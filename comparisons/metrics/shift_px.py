@@ -39,6 +39,11 @@ def shift_px(image_test: Float64, samples: Samples) -> Estimate:
     which is larger than any shift between images that overlap, with a note.
     """
     require_exact(samples, "shift_px")
+    if min(samples.mask.shape) < 2:
+        raise ImageError(
+            f"shift_px needs images of 2 x 2 pixels or more; the truth's height and width are {samples.mask.shape}: "
+            "raise the sensor's resolution."
+        )
     truth = samples.mean
     gradients = _gradients(truth)
     interior = _interior(truth, gradients, samples.mask)

@@ -18,7 +18,9 @@ from scenes.model import Scene, SettingValue
 if TYPE_CHECKING:
     import moderngl
 
-SUBJECT_SURFELS = Parameter("subject_surfels", 512, (64, 128, 256, 512, 1024), "surfels on each mesh of the subject")
+SUBJECT_SURFELS = Parameter(
+    "subject_surfels", 512, (64, 128, 256, 512, 1024), "surfels on each mesh of the subject", (1, 8192)
+)
 
 
 def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:

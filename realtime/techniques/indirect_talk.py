@@ -38,11 +38,15 @@ JITTER = 0.01
 
 PARAMETERS = (
     Parameter(
-        "c_height", 2.5, (0.0, 2.5, 7.0), "C times the character's height: 0 far away, 2.5 large room, 7 small room"
+        "c_height",
+        2.5,
+        (0.0, 2.5, 7.0),
+        "C times the character's height: 0 far away, 2.5 large room, 7 small room",
+        (0, 1000),
     ),
-    Parameter("side", 96, (32, 64, 96, 128), "texels along an edge of the cube's faces"),
-    Parameter("step_rad", 0.2, (0.1, 0.2, 0.34), "angle between neighbouring vectors of a blur pass"),
-    Parameter("far_brightness", 0.2, (0.2, 1.0), "what is left of the brightness of the farthest surface"),
+    Parameter("side", 96, (32, 64, 96, 128), "texels along an edge of the cube's faces", (1, 4096)),
+    Parameter("step_rad", 0.2, (0.1, 0.2, 0.34), "angle between neighbouring vectors of a blur pass", (0, 1)),
+    Parameter("far_brightness", 0.2, (0.2, 1.0), "what is left of the brightness of the farthest surface", (0, 1)),
 )
 
 

@@ -14,7 +14,7 @@ MADE_UP = Technique(
     limits="none",
     passes=lambda scene, features, settings: [],
     parameters=(
-        Parameter("count", 4, (2, 4), "how many"),
+        Parameter("count", 4, (2, 4), "how many", (1, 8)),
         Parameter("width", 0.5, (0.5, 1.0), "how wide"),
         Parameter("on", True, (True, False), "whether"),
     ),
@@ -29,6 +29,11 @@ def test_every_registered_technique_is_described(name: str) -> None:
     assert all((found.summary, found.source, found.limits))
     for parameter in found.parameters:
         assert parameter.default in parameter.sweep
+        assert all(
+            parameter.bounds[0] <= value <= parameter.bounds[1]
+            for value in parameter.sweep
+            if not isinstance(value, str)
+        )
         assert {type(value) for value in parameter.sweep} == {type(parameter.default)}
 
 
@@ -49,6 +54,12 @@ def test_an_integer_is_a_number_where_a_float_is_expected() -> None:
 def test_an_unknown_setting_is_refused_with_the_known_ones() -> None:
     with pytest.raises(InputError, match=r"'made\.up' has no setting 'cuont'.*count, width, on"):
         MADE_UP.settings({"cuont": 3})
+
+
+@pytest.mark.parametrize("count", [0, 9, -1])
+def test_a_setting_out_of_bounds_is_refused_with_the_bounds(count: int) -> None:
+    with pytest.raises(InputError, match=rf"Setting 'count' of 'made\.up' is {count}; 1 to 8 is allowed"):
+        MADE_UP.settings({"count": count})
 
 
 @pytest.mark.parametrize(
