@@ -28,7 +28,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class CriterionResult:
-    """A criterion held against an estimate. `valid` is the estimate's: False means that nothing is to be decided on it."""
+    """A criterion held against an estimate. An estimate that is not `valid` decides nothing."""
 
     metric: str
     value: float

@@ -11,6 +11,9 @@ LightgaugeError
     └── RenderError       a renderer produced nothing usable
 """
 
+import difflib
+from collections.abc import Iterable
+
 
 class LightgaugeError(Exception):
     """Base of every error that the command line reports in one paragraph."""
@@ -48,3 +51,11 @@ class NoCompiler(MachineError):
 
 class RenderError(MachineError):
     pass
+
+
+def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
+    """The error for a name that does not exist: it lists those that do, and the closest."""
+    names = list(known)
+    close = difflib.get_close_matches(name, names, 1)
+    hint = f" Did you mean '{close[0]}'?" if close else ""
+    return InputError(f"Unknown {kind} '{name}'. Known: {', '.join(names)}.{hint}")

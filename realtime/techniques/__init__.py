@@ -1,11 +1,10 @@
 """The registry of techniques: one module each, named here and imported when asked for."""
 
-import difflib
 import importlib
 from pathlib import Path
 
 from realtime.technique import Technique
-from scenes.errors import InputError
+from scenes.errors import unknown_name
 
 MODULES = {
     "raster.depth": "realtime.techniques.raster",
@@ -21,9 +20,7 @@ MODULES = {
 def technique(name: str) -> Technique:
     """Raises InputError for an unknown name."""
     if name not in MODULES:
-        close = difflib.get_close_matches(name, MODULES, 1)
-        hint = f" Did you mean '{close[0]}'?" if close else ""
-        raise InputError(f"Unknown technique '{name}'. Known: {', '.join(MODULES)}.{hint}")
+        raise unknown_name("technique", name, MODULES)
     found: Technique = importlib.import_module(MODULES[name]).TECHNIQUES[name]
     return found
 

@@ -211,13 +211,17 @@ def test_one_error_stops_no_other_check(
 
 
 def test_an_exception_of_a_technique_is_an_error_that_says_where_it_was_raised(
-    with_truth: Path, lightgauge: Run, write_scene: Write
+    with_truth: Path, lightgauge: Run, write_scene: Write, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write_scene(("settings = { side = 24 }", "settings = { side = 0 }"), ("indirect.irradiance", "indirect.talk"))
+    def fail(frame: object) -> None:
+        raise ArithmeticError("the driver gave up")
+
+    monkeypatch.setattr("realtime.techniques.indirect_irradiance._gather", fail)
+    write_scene()
     outcome = lightgauge("run", "tiny.toml")
     assert outcome.status == 4
-    message = results_of(with_truth)["tiny/indirect.talk[side=0]"]["message"]
-    assert message.startswith("Error at __init__.py:")
+    message = results_of(with_truth)["tiny/indirect.irradiance[side=24]"]["message"]
+    assert message.startswith("ArithmeticError at test_suite.py:")
     assert "a setting of the check is out of range" in message
 
 
