@@ -152,7 +152,8 @@ def _list(options: argparse.Namespace) -> int:
 
 def _explain(options: argparse.Namespace) -> int:
     from comparisons.explain import explanation
-    from comparisons.suite import Request, validate
+    from comparisons.suite import Request
+    from comparisons.validate import validate
     from scenes.load import find_scene, load_scene
 
     scene = load_scene(find_scene(options.scene))
@@ -171,8 +172,9 @@ def _run_checks(options: argparse.Namespace, interrupt: Interrupt) -> int:
     from comparisons.doctor import require_writable
     from comparisons.progress import Display
     from comparisons.results import prepare_folder, results_json, with_pictures, write_run
-    from comparisons.suite import Progress, exit_status, run, validate
+    from comparisons.suite import Progress, exit_status, run
     from comparisons.summary import closing_lines, line_of
+    from comparisons.validate import validate
     from reference.store import Store
 
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.perf_counter()

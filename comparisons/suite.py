@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from realtime.techniques import technique
 from reference.estimator import Reference, Truth
 from reference.quantities import quantity
 from reference.store import Store
-from scenes.errors import InputError, LightgaugeError, MachineError, NoCompiler, NoGraphics, RenderError, SceneError
+from scenes.errors import LightgaugeError, MachineError, NoCompiler, NoGraphics, RenderError, SceneError
 from scenes.image import Float32
 from scenes.model import Check, Scene
 
@@ -65,53 +64,6 @@ class Request:
 def id_of(check: Check) -> str:
     """The name of a check within its scene."""
     return check_id(check.technique, dict(check.settings), check.fit_exposure)
-
-
-def validate(requests: Iterable[Request]) -> None:
-    """Refuse names that do not exist before anything is rendered.
-
-    Raises
-    ------
-    InputError
-        All of them, one a line.
-    """
-    asked = list(requests)
-    faults = [f"{r.argument}: {fault}" for r in asked for check in r.checks for fault in _faults(check)]
-    named: dict[str, str] = {}
-    for r in asked:
-        first = named.setdefault(r.scene.name, r.argument)
-        if first != r.argument:
-            faults.append(
-                f"{r.argument}: {first} has the same name, and results go by it. Rename one, or run them apart."
-            )
-    if faults:
-        raise InputError("\n".join(faults))
-
-
-def _faults(check: Check) -> Iterable[str]:
-    from comparisons.metrics import metric_named
-
-    attempts: list[Callable[[], Any]] = [
-        lambda: quantity(check.quantity),
-        lambda: technique(check.technique).settings(check.settings),
-        *(lambda name=c.metric: metric_named(name) for c in check.criteria),
-    ]
-    for attempt in attempts:
-        try:
-            attempt()
-        except InputError as error:
-            yield f"check {id_of(check)}: {error}"
-    try:
-        approximates = technique(check.technique).approximates
-        quantity(check.quantity)
-    except InputError:
-        return
-    if approximates != check.quantity:
-        yield (
-            f"check {id_of(check)}: technique '{check.technique}' approximates '{approximates}', but the check "
-            f"asks for "
-            f"'{check.quantity}'. Use one quantity for both."
-        )
 
 
 def run(requests: Iterable[Request], store: Store, progress: Progress) -> list[CheckResult]:

@@ -107,12 +107,12 @@ def _report(path: Path, text: str, complaints: list[Complaint]) -> str:
     lines = key_lines(text)
     placed = [(line_of(lines, complaint.path), complaint) for complaint in complaints]
     return "\n".join(
-        f"{path}:{line}: {_dotted(complaint.path)}: found {complaint.found}; allowed: {complaint.allowed}"
+        f"{path}:{line}: {dotted(complaint.path)}: found {complaint.found}; allowed: {complaint.allowed}"
         for line, complaint in sorted(placed, key=lambda item: item[0])
     )
 
 
-def _dotted(path: KeyPath) -> str:
+def dotted(path: KeyPath) -> str:
     """A key path as a reader would write it: shapes[0].radius."""
     parts = [f"[{part}]" if isinstance(part, int) else f".{_key(part)}" for part in path]
     return "".join(parts).removeprefix(".")

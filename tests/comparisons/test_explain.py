@@ -8,7 +8,8 @@ import pytest
 
 from comparisons.explain import explanation
 from comparisons.parity import PARITY
-from comparisons.suite import Request, validate
+from comparisons.suite import Request
+from comparisons.validate import validate
 from scenes.errors import InputError
 from scenes.load import library_scenes, load_scene
 from scenes.model import Scene

@@ -1,0 +1,77 @@
+"""Refuse checks that cannot be run, before anything is rendered for any of them."""
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+from comparisons.metrics import metric_named
+from comparisons.suite import Request
+from realtime.techniques import technique
+from reference.quantities import quantity
+from scenes.errors import InputError
+from scenes.lines import key_lines, line_of
+from scenes.load import dotted
+from scenes.model import Check
+
+Fault = tuple[tuple[str | int, ...], str]
+"""Where in a check, and what is wrong there."""
+
+
+def validate(requests: Iterable[Request]) -> None:
+    """See that every quantity, technique, setting and metric exists and that they go together.
+
+    Raises
+    ------
+    InputError
+        All that is wrong, one a line, each with its file, line and key.
+    """
+    asked = list(requests)
+    faults = [fault for request in asked for fault in _of_scene(request)]
+    named: dict[str, str] = {}
+    for request in asked:
+        first = named.setdefault(request.scene.name, request.argument)
+        if first != request.argument:
+            faults.append(
+                f"{request.argument}: {first} has the same name, and results go by it. Rename one, or run them apart."
+            )
+    if faults:
+        raise InputError("\n".join(faults))
+
+
+def _of_scene(request: Request) -> Iterator[str]:
+    scene = request.scene
+    path = scene.folder / f"{scene.name}.toml"
+    lines = key_lines(path.read_text(encoding="utf-8"))
+    for index, check in enumerate(scene.checks):
+        if check in request.checks:
+            for where, what in _of_check(check):
+                key = ("checks", index, *where)
+                yield f"{path.name}:{line_of(lines, key)}: {dotted(key)}: {what}"
+
+
+def _of_check(check: Check) -> Iterator[Fault]:
+    attempts: list[tuple[tuple[str | int, ...], Callable[[], Any]]] = [
+        (("quantity",), lambda: quantity(check.quantity)),
+        (("technique",), lambda: technique(check.technique)),
+        *((("criteria", i, "metric"), lambda c=c: metric_named(c.metric)) for i, c in enumerate(check.criteria)),
+    ]
+    faults = [(where, said) for where, attempt in attempts if (said := _complaint(attempt))]
+    yield from faults
+    if {("quantity",), ("technique",)} & {where for where, _ in faults}:
+        return
+    used = technique(check.technique)
+    if said := _complaint(lambda: used.settings(check.settings)):
+        yield ("settings",), said
+    if used.approximates != check.quantity:
+        yield (
+            ("technique",),
+            f"found '{check.technique}', which approximates '{used.approximates}', but the check asks for "
+            f"'{check.quantity}'. Use one quantity for both.",
+        )
+
+
+def _complaint(attempt: Callable[[], Any]) -> str:
+    try:
+        attempt()
+    except InputError as error:
+        return str(error)
+    return ""
