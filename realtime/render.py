@@ -5,16 +5,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from realtime.context import make_context, renderer_name
 from realtime.frame import Frame
 from realtime.graph import Plan, Skip, plan
 from realtime.technique import Technique
-from scenes.errors import InputError, RenderError
+from scenes.errors import InputError
 from scenes.features import Features, features_of
 from scenes.geometry import geometry_of
-from scenes.image import Float32, Image
+from scenes.image import Image, require_finite
 from scenes.mesh import Mesh
 from scenes.model import Scene, SettingValue
 
@@ -75,7 +73,9 @@ class Renderer:
         if timed:
             frame.resources.clear()
             seconds = self._run(frame, todo)
-        pixels = checked(frame.read("image", 4)[..., list(technique.channels)], f"{self.scene.name}, {technique.name}")
+        pixels = require_finite(
+            frame.read("image", 4)[..., list(technique.channels)], f"image of {self.scene.name}, {technique.name}"
+        )
         provenance: dict[str, Any] = {
             "scene": self.scene.name,
             "technique": technique.name,
@@ -92,13 +92,3 @@ class Renderer:
             frame.context.finish()
             seconds[step.name] = time.perf_counter() - start
         return seconds
-
-
-def checked(pixels: Float32, what: str) -> Float32:
-    """Raises RenderError when a pixel is NaN or infinite."""
-    wrong = int(np.count_nonzero(~np.isfinite(pixels)))
-    if wrong:
-        raise RenderError(
-            f"The image of {what} has {wrong} values that are NaN or infinite: the technique is broken there."
-        )
-    return np.ascontiguousarray(pixels)

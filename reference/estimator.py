@@ -26,8 +26,8 @@ from reference.start import VARIANT, mitsuba
 from reference.store import Shelf, Store
 from scenes import geometry
 from scenes.digest import code_digest, scene_parts
-from scenes.errors import RenderError, SceneError
-from scenes.image import Bool, Float32, Float64, Image
+from scenes.errors import SceneError
+from scenes.image import Bool, Float32, Float64, Image, require_finite
 from scenes.model import PIXEL_GRID, Scene
 
 ACCUMULATORS = 16
@@ -186,7 +186,7 @@ class Reference:
             self.progress(f"{self.scene.name}: {name}", 0.0)
             stage = self._stage
             start = time.perf_counter()
-            pixels = checked(render(stage), f"{self.scene.name}, {name}")
+            pixels = require_finite(render(stage), f"reference of {self.scene.name}, {name}")
             return Image(pixels, self._provenance(shelf, found, {"seconds": time.perf_counter() - start}))
 
         return shelf.image("exact", make)
@@ -217,16 +217,10 @@ class Reference:
             self.progress(f"{self.scene.name}: {found.name}, block {index} of {spp} spp", k / ACCUMULATORS)
             seeds = [seed_of(shelf.key, index, k, part) for part in range(len(parts))]
             rows.append(np.concatenate([render(stage, p, s, spp) for p, s in zip(parts, seeds, strict=True)]))
-        image = checked(np.stack(rows).astype(np.float32), f"{self.scene.name}, {found.name}, block {index}")
+        image = require_finite(
+            np.stack(rows).astype(np.float32), f"reference of {self.scene.name}, {found.name}, block {index}"
+        )
         return Image(image, self._provenance(shelf, found, {"seconds": time.perf_counter() - start, "spp": spp}))
 
     def _provenance(self, shelf: Shelf, found: Quantity, more: dict[str, Any]) -> dict[str, Any]:
         return {"key": shelf.key, "scene": self.scene.name, "quantity": found.name, **versions(), **more}
-
-
-def checked(pixels: Float32, what: str) -> Float32:
-    """Raises RenderError when a pixel is NaN or infinite."""
-    wrong = int(np.count_nonzero(~np.isfinite(pixels)))
-    if wrong:
-        raise RenderError(f"The reference of {what} has {wrong} values that are NaN or infinite; none was stored.")
-    return pixels

@@ -57,7 +57,9 @@ def test_a_shipped_scene_says_what_it_is_for(shipped: Scene) -> None:
 
 
 def test_the_checks_of_a_shipped_scene_are_valid(shipped: Scene) -> None:
-    validate([Request(shipped, shipped.name)])
+    request = Request(shipped, shipped.name)
+    validate([request])
+    assert all(check in request.checks for check in shipped.checks)
 
 
 def test_every_budget_of_a_shipped_scene_has_a_reason(shipped: Scene) -> None:
