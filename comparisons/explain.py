@@ -29,7 +29,7 @@ def explanation(scene: Scene) -> Iterator[str]:
     for check in checks_of(scene):
         used = technique(check.technique)
         plan = plan_of(used, scene, features, dict(check.settings))
-        integrator = quantity(check.quantity).integrator(scene)
+        integrator = quantity(check.quantity).integrator(features)
         yield ""
         yield f"  {id_of(check)} approximates {check.quantity}"
         yield f"    truth    {integrator.name}: {integrator.why}"

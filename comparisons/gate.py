@@ -40,6 +40,7 @@ class CriterionResult:
     reason: str
     note: str
     valid: bool = True
+    floor: float | None = None
 
 
 def judge(criterion: Criterion, estimate: Estimate) -> CriterionResult:
@@ -58,6 +59,7 @@ def judge(criterion: Criterion, estimate: Estimate) -> CriterionResult:
         reason=criterion.reason,
         note=estimate.note,
         valid=estimate.valid,
+        floor=estimate.floor,
     )
 
 
@@ -109,8 +111,7 @@ def fit_exposure(image_test: NDArray[Any], samples: Samples) -> float:
 def spp_needed(result: CriterionResult, spp: int) -> int | None:
     """How many samples a pixel would decide an INCONCLUSIVE result that `spp` samples left open.
 
-    The interval shrinks towards its centre as N^-1/2. The centre is the value, except when the value is the interval's
-    upper end: then noise only ever adds to the metric, and the interval shrinks towards its lower end.
+    The interval shrinks towards the value as N^-1/2.
 
     Returns
     -------
@@ -118,7 +119,7 @@ def spp_needed(result: CriterionResult, spp: int) -> int | None:
     """
     if result.verdict is not Verdict.INCONCLUSIVE or not result.valid:
         return None
-    centre = result.low if result.value == result.high else result.value
+    centre = result.value
     least = -math.inf if result.min is None else result.min
     most = math.inf if result.max is None else result.max
     below, above = centre - result.low, result.high - centre

@@ -32,6 +32,9 @@ class CheckResult:
     rerun: str
     exposure: float = 1.0
     spp: int = 0
+    spp_fixed: int = 0
+    spp_shown: int = 0
+    clamp: str = ""
     seconds: dict[str, float] = field(default_factory=dict)
     pass_seconds: dict[str, float] = field(default_factory=dict)
     skipped: tuple[dict[str, str], ...] = ()

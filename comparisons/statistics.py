@@ -18,13 +18,6 @@ import numpy as np
 
 from scenes.image import Float64
 
-# The truth is looked at up to 7 times, at 16 * 2^l samples a pixel for l = 0..6, and each look may decide. To be wrong
-# with probability 0.01 at most on either side over all looks, each look gets 0.01 / 7 (Bonferroni):
-# z = Phi^-1(1 - 0.01 / 7) = 2.98.
-LOOKS = 7
-ALPHA_PER_SIDE = 0.01
-Z_DECISION = 2.98
-
 # More than this share of the variance in so few pixels means that rare bright paths (fireflies) carry the estimate: the
 # paths not yet found are missing from the interval too. Converged scenes measure 0.2 to 0.35, broken intervals 0.84 and
 # more.
@@ -32,11 +25,18 @@ FIREFLY_PIXELS = 16
 FIREFLY_SHARE = 0.6
 
 
-def t_decision(degrees_of_freedom: int) -> float:
-    """Student's t at the level of `Z_DECISION`, for an interval whose standard error comes from a few accumulators."""
+def normal_quantile(alpha: float) -> float:
+    """How many standard errors a normal estimate exceeds with probability `alpha`."""
+    from scipy.special import ndtri
+
+    return -float(ndtri(alpha))
+
+
+def student_quantile(alpha: float, degrees_of_freedom: int) -> float:
+    """The same for a standard error that comes from a few accumulators (Student's t)."""
     from scipy.special import stdtrit
 
-    return float(stdtrit(degrees_of_freedom, 1 - ALPHA_PER_SIDE / LOOKS))
+    return -float(stdtrit(degrees_of_freedom, alpha))
 
 
 @dataclass(frozen=True)

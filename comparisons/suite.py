@@ -1,32 +1,32 @@
 """Run checks: draw, ask for as much truth as the verdict needs, judge."""
 
+import math
 import traceback
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from comparisons.cache import CheckCache
-from comparisons.gate import CriterionResult, Verdict, fit_exposure, judge, spp_needed, worst
-from comparisons.metrics import Samples, check_image, evaluate
+from comparisons.clamping import clamp_note
+from comparisons.gate import CriterionResult, Verdict, spp_needed, worst
+from comparisons.metrics import Samples
 from comparisons.parity import QUANTITIES as PARITY_QUANTITIES
 from comparisons.parity import checks_of
 from comparisons.report.pictures import display_of, write_pictures
 from comparisons.result import CheckResult, check_id, empty_result
+from comparisons.sequential import Decision, decide, fixed_spp
 from comparisons.tonemap import exposure_for
-from realtime.render import Renderer, Rendering
+from realtime.render import Renderer
 from realtime.techniques import technique
-from reference.estimator import Reference, Truth
+from reference.estimator import Reference
 from reference.quantities import quantity
 from reference.store import Store
-from scenes.errors import LightgaugeError, MachineError, NoCompiler, NoGraphics, RenderError, SceneError
-from scenes.image import Float32
+from scenes.errors import LightgaugeError, MachineError, NoCompiler, NoGraphics
 from scenes.model import Check, Scene
-
-FIRST_SPP = 256
-"""Samples a pixel of the first look at a verdict: 16 for each accumulator. Every further look doubles them."""
 
 SMOOTHING_PX = 1.5
 """Error pictures of a sampled truth are averaged that far: it cuts the noise of a single pixel to a fifth."""
@@ -79,16 +79,22 @@ def run(requests: Iterable[Request], store: Store, progress: Progress) -> list[C
 
 def _run_scene(request: Request, store: Store, progress: Progress) -> list[CheckResult]:
     runner = _Runner(request, store, progress)
-    results: list[CheckResult] = []
+    results: dict[int, CheckResult] = {}
     broken = ""
-    for check in request.checks:
+    for index in sorted(range(len(request.checks)), key=lambda i: _by_tightness(request.checks[i])):
+        check = request.checks[index]
         is_parity = check.quantity in PARITY_QUANTITIES
         result = runner.refused(check, broken) if broken and not is_parity else runner.result(check)
         if is_parity and result.verdict is not Verdict.PASS:
             broken = broken or _parity_message(result)
-        results.append(result)
+        results[index] = result
         progress.finished(result)
-    return results
+    return [results[index] for index in sorted(results)]
+
+
+def _by_tightness(check: Check) -> float:
+    """Parity first; then what needs the most samples, so that the pictures of all others can show them too."""
+    return -1.0 if check.quantity in PARITY_QUANTITIES else check.criteria[0].max or math.inf
 
 
 def _parity_message(result: CheckResult) -> str:
@@ -142,62 +148,52 @@ class _Runner:
     def _judged(self, check: Check) -> CheckResult:
         scene = self.request.scene
         self.progress.step(f"{scene.name}: {check.technique}", 0.0)
-        used = technique(check.technique)
-        rendering = self.renderer.render(used, dict(check.settings), timed=check.quantity not in PARITY_QUANTITIES)
-        _ = self.reference.subject_mask  # raises if the camera does not see the subject
-        truth, image, exposure, criteria = self._decided(check, rendering)
-        verdict = worst(c.verdict for c in criteria)
-        samples = Samples(truth.accumulators, truth.mask)
-        scale = error_scale(criteria, samples)
-        shown = exposure_for(samples.mean, truth.mask) if display_of(check.quantity) in ("radiance", "depth") else 1.0
-        folder = self.cache.folder(scene, check)
-        smoothing = 0.0 if truth.is_exact else SMOOTHING_PX
-        pictures = write_pictures(
-            folder,
-            "picture",
-            image,
-            samples.mean.astype(np.float32),
-            truth.mask,
-            shown,
-            scale,
-            display_of(check.quantity),
-            smoothing,
+        rendering = self.renderer.render(
+            technique(check.technique), dict(check.settings), timed=check.quantity not in PARITY_QUANTITIES
         )
+        _ = self.reference.subject_mask  # raises if the camera does not see the subject
+        decision = decide(
+            check, rendering.image.pixels, partial(self.reference.truth, check.quantity), scene.truth.max_spp
+        )
+        truth = decision.truth
         return replace(
             self._empty(check),
-            verdict=verdict,
-            message=_advice(verdict, criteria, truth, scene.truth.max_spp),
-            criteria=criteria,
-            exposure=exposure,
+            **self._shown(check, decision),
+            verdict=decision.verdict,
+            message=_advice(decision, scene.truth.max_spp),
+            criteria=decision.criteria,
+            exposure=decision.exposure,
             spp=truth.spp,
+            spp_fixed=fixed_spp(decision.criteria, truth.spp),
             seconds={"realtime": rendering.seconds, "reference": truth.seconds},
             pass_seconds=rendering.pass_seconds,
             skipped=tuple(asdict(s) for s in rendering.skipped),
-            integrator=asdict(truth.integrator),
-            images={name: str((folder / path).relative_to(self.store.root)) for name, path in pictures.items()},
-            error_scale=scale,
-            error_smoothing_px=smoothing,
-            exposure_display=shown,
+            integrator={"name": truth.integrator.name, "why": truth.integrator.why},
+            clamp=clamp_note(truth, scene.truth.clamp),
             gl_renderer=rendering.image.provenance["renderer"],
         )
 
-    def _decided(self, check: Check, rendering: Rendering) -> tuple[Truth, Float32, float, tuple[CriterionResult, ...]]:
-        """Double the truth's samples until every criterion is decided, or the scene's limit is reached."""
-        limit = self.request.scene.truth.max_spp
-        spp = min(FIRST_SPP, 1 << (limit.bit_length() - 1))
-        while True:
-            truth = self.reference.truth(check.quantity, spp)
-            samples = Samples(truth.accumulators, truth.mask)
-            image, exposure = rendering.image.pixels, 1.0
-            _require_content(image, samples, f"{self.request.scene.name}/{id_of(check)}")
-            if check.fit_exposure:
-                exposure = fit_exposure(image, samples)
-                image = (image * exposure).astype(np.float32)
-            criteria = tuple(judge(c, evaluate(c.metric, image, samples)) for c in check.criteria)
-            is_open = any(c.verdict is Verdict.INCONCLUSIVE for c in criteria)
-            if truth.is_exact or not is_open or 2 * spp > limit:
-                return truth, image, exposure, criteria
-            spp *= 2
+    def _shown(self, check: Check, decision: Decision) -> dict[str, Any]:
+        """The pictures, made from all samples at hand: a verdict is often clear long before an image is."""
+        scene = self.request.scene
+        truth = self.reference.at_hand(check.quantity, decision.truth.spp)
+        samples = Samples(truth.accumulators, truth.mask)
+        display = display_of(check.quantity)
+        scale = error_scale(decision.criteria, samples)
+        exposure = exposure_for(samples.mean, truth.mask) if display in ("radiance", "depth") else 1.0
+        smoothing = 0.0 if truth.is_exact else SMOOTHING_PX
+        mean = samples.mean.astype(np.float32)
+        folder = self.cache.folder(scene, check)
+        pictures = write_pictures(
+            folder, "picture", decision.image, mean, truth.mask, exposure, scale, display, smoothing
+        )
+        return {
+            "images": {name: str((folder / path).relative_to(self.store.root)) for name, path in pictures.items()},
+            "spp_shown": truth.spp,
+            "error_scale": scale,
+            "error_smoothing_px": smoothing,
+            "exposure_display": exposure,
+        }
 
 
 def _fault(error: Exception) -> str:
@@ -209,34 +205,21 @@ def _fault(error: Exception) -> str:
     )
 
 
-def _advice(verdict: Verdict, criteria: Iterable[CriterionResult], truth: Truth, limit: int) -> str:
+def _advice(decision: Decision, limit: int) -> str:
     """What an INCONCLUSIVE check needs."""
-    if verdict is not Verdict.INCONCLUSIVE:
+    if decision.verdict is not Verdict.INCONCLUSIVE:
         return ""
-    after = f"Undecided after {truth.spp} spp (the scene allows {limit})"
-    undecided = [c for c in criteria if c.verdict is Verdict.INCONCLUSIVE]
+    spp = decision.truth.spp
+    after = f"Undecided after {spp} spp (the scene allows {limit})"
+    undecided = [c for c in decision.criteria if c.verdict is Verdict.INCONCLUSIVE]
     if not all(c.valid for c in undecided):
         return f"{after}: the truth is too noisy to know how noisy it is."
-    needed = [spp_needed(c, truth.spp) for c in undecided]
+    needed = [spp_needed(c, spp) for c in undecided]
     known = [n for n in needed if n is not None]
     if len(known) < len(needed):
         return f"{after}: a value is too close to its bound for any affordable number of them."
     enough = 1 << (max(known) - 1).bit_length()
     return f"{after}: about {max(known)} spp would decide it. Set max_spp = {enough} under [truth] in the scene."
-
-
-def _require_content(image: Float32, samples: Samples, what: str) -> None:
-    """Refuse a blank image: a generous budget would let it pass."""
-    if np.any(check_image(image, samples)[samples.mask]):
-        return
-    if np.any(samples.masked):
-        raise RenderError(
-            f"The image of {what} is black at every judged pixel, but its truth is not. Mend the technique."
-        )
-    raise SceneError(
-        f"The image of {what} is black at every judged pixel, and so is its truth: there is nothing to compare. See "
-        "that light reaches what the camera sees of the subject."
-    )
 
 
 def error_scale(criteria: Iterable[CriterionResult], samples: Samples) -> float:

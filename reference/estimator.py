@@ -1,9 +1,10 @@
 """The truth of a quantity for a scene, as independent blocks with their samples counted.
 
 A sampled truth is ACCUMULATORS independent images of equally many samples. They are never averaged here: their spread
-is what every error bar is made of. Blocks are of 4, 4, 8, 16, ... samples a pixel and accumulator, so that doubling
-the samples adds one block, and none is rendered twice. Each accumulator of each block has its own seed, hashed to 32
-bits: consecutive seeds of Mitsuba's samplers repeat each other's noise, shifted by a pixel.
+is what every error bar is made of. Blocks are of 1, 1, 2, 4, ... samples a pixel and accumulator, so that doubling
+the samples adds one block, and none is rendered twice. Every path of a launch draws from a stream of its own, and every
+launch has its own seed, hashed to 32 bits: consecutive seeds of Mitsuba's samplers repeat each other's noise, shifted
+by a pixel.
 """
 
 import hashlib
@@ -13,6 +14,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
+from itertools import takewhile
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -20,21 +22,21 @@ from typing import Any
 import numpy as np
 
 from reference.quantities import MODULES, quantity
-from reference.quantity import Integrator, Quantity
+from reference.quantity import BlockRender, Integrator, Quantity
 from reference.stage import Stage, build_stage
 from reference.start import VARIANT, mitsuba
 from reference.store import Shelf, Store
 from scenes import geometry
 from scenes.digest import code_digest, scene_parts
 from scenes.errors import SceneError
+from scenes.features import Features, features_of
 from scenes.image import Bool, Float32, Float64, Image, require_finite
-from scenes.model import PIXEL_GRID, Scene
+from scenes.mesh import Mesh
+from scenes.model import MOST_SPP, PIXEL_GRID, Scene
 
 ACCUMULATORS = 16
 """Independent images: enough for a variance that is itself known to about 18 %."""
 
-FIRST_BLOCK = 4
-"""Samples a pixel of the first block of an accumulator."""
 
 LARGEST_BLOCK = 256
 """Samples a pixel of the largest block: float32 sums of more than 1024 are biased."""
@@ -54,6 +56,7 @@ class Truth:
     mask         : (H, W) pixels at which the quantity is defined
     spp          : samples a pixel over all accumulators, 0 when exact
     seconds      : rendering time, whenever it was spent
+    removed      : (K, H, W, C) what clamping took away from the accumulators, None where the truth is not clamped
     """
 
     quantity: str
@@ -63,6 +66,7 @@ class Truth:
     spp: int
     seconds: float
     integrator: Integrator
+    removed: Float32 | None = None
 
     @property
     def is_exact(self) -> bool:
@@ -75,7 +79,8 @@ def _code(name: str) -> str:
     here, scenes = Path(__file__).parent, Path(geometry.__file__).parent
     module = Path(str(importlib.import_module(MODULES[name]).__file__))
     shared = [here / "stage.py", here / "to_mitsuba.py", *sorted((here / "integrators").glob("*.py"))]
-    shapes = [scenes / name for name in ("procedural.py", "mesh_files.py", "topology.py", "geometry.py", "srgb.py")]
+    names = ("procedural.py", "mesh_files.py", "topology.py", "geometry.py", "srgb.py", "features.py")
+    shapes = [scenes / name for name in names]
     return code_digest(module, *shared, *shapes)
 
 
@@ -90,9 +95,9 @@ def truth_parts(scene: Scene, name: str) -> dict[str, Any]:
     found = quantity(name)
     blocks = {
         "accumulators": ACCUMULATORS,
-        "first_block": FIRST_BLOCK,
         "largest_block": LARGEST_BLOCK,
         "mask_code": _code("coverage"),
+        "clamp": scene.truth.clamp,
     }
     return {
         "quantity": found.name,
@@ -100,7 +105,7 @@ def truth_parts(scene: Scene, name: str) -> dict[str, Any]:
         "pixel_grid": PIXEL_GRID,
         "scene": scene_parts(scene),
         "renderer": versions(),
-        **(blocks if found.block else {}),
+        **(blocks if found.is_sampled else {}),
     }
 
 
@@ -108,17 +113,17 @@ def block_sizes(spp_each: int) -> Iterator[int]:
     """Samples a pixel of the successive blocks that add up to `spp_each`.
 
     >>> list(block_sizes(32))
-    [4, 4, 8, 16]
+    [1, 1, 2, 4, 8, 16]
     """
     done = 0
     while done < spp_each:
-        size = min(max(done, FIRST_BLOCK), LARGEST_BLOCK)
+        size = min(max(done, 1), LARGEST_BLOCK)
         yield size
         done += size
 
 
 def seed_of(key: str, *launch: int) -> int:
-    """A 32-bit seed for a launch (block, accumulator, part) that no other launch shares but by chance."""
+    """A 32-bit seed for a launch (block, part) that no other launch shares but by chance."""
     digest = hashlib.sha256("/".join([key, *map(str, launch)]).encode()).digest()
     return int.from_bytes(digest[:4], "big")
 
@@ -137,7 +142,16 @@ class Reference:
 
     @cached_property
     def _stage(self) -> Stage:
-        return build_stage(self._mitsuba, self.scene, geometry.geometry_of(self.scene))
+        return build_stage(self._mitsuba, self.scene, self._meshes)
+
+    @cached_property
+    def _meshes(self) -> tuple[Mesh, ...]:
+        return geometry.geometry_of(self.scene)
+
+    @cached_property
+    def features(self) -> Features:
+        """What the choice of an integrator depends on."""
+        return features_of(self.scene, self._meshes)
 
     @cached_property
     def subject_mask(self) -> Bool:
@@ -168,17 +182,25 @@ class Reference:
             A block holds NaNs or infinities.
         """
         found = quantity(name)
-        integrator = found.integrator(self.scene)
+        integrator = found.integrator(self.features)
+        if integrator.exact is None:
+            return self._sampled(found, integrator, max(1, -(-spp // ACCUMULATORS)))
+        image = self._exact(name)
+        mask = self.subject_mask if found.is_sampled else np.ones(image.pixels.shape[:2], dtype=bool)
+        return Truth(
+            name, image.provenance["key"], image.pixels[None], mask, 0, image.provenance["seconds"], integrator
+        )
+
+    def at_hand(self, name: str, spp: int) -> Truth:
+        """The truth of a quantity with all samples that are stored already, at least `spp` of them a pixel."""
         shelf = self.store.shelf(truth_parts(self.scene, name))
-        if found.exact:
-            image = self._exact(name)
-            everywhere = np.ones(image.pixels.shape[:2], dtype=bool)
-            return Truth(name, shelf.key, image.pixels[None], everywhere, 0, image.provenance["seconds"], integrator)
-        return self._sampled(found, shelf, integrator, max(1, -(-spp // ACCUMULATORS)))
+        sizes = block_sizes(MOST_SPP // ACCUMULATORS)
+        stored = list(takewhile(lambda block: (shelf.folder / f"block-{block[0]:03d}.exr").exists(), enumerate(sizes)))
+        return self.truth(name, max(spp, ACCUMULATORS * sum(size for _, size in stored)))
 
     def _exact(self, name: str) -> Image:
         found = quantity(name)
-        render = found.exact
+        render = found.integrator(self.features).exact
         assert render is not None
         shelf = self.store.shelf(truth_parts(self.scene, name))
 
@@ -191,35 +213,38 @@ class Reference:
 
         return shelf.image("exact", make)
 
-    def _sampled(self, found: Quantity, shelf: Shelf, integrator: Integrator, spp_each: int) -> Truth:
+    def _sampled(self, found: Quantity, integrator: Integrator, spp_each: int) -> Truth:
+        render = integrator.block
+        assert render is not None
+        shelf = self.store.shelf(truth_parts(self.scene, found.name))
         mask = self.subject_mask
         pixels = np.flatnonzero(mask)
         sizes = list(block_sizes(spp_each))
-        total = np.zeros((ACCUMULATORS, len(pixels), found.channels))
+        is_clamped = self.scene.truth.clamp is not None
+        total = np.zeros((ACCUMULATORS, len(pixels), found.channels * (2 if is_clamped else 1)))
         seconds = 0.0
         for index, size in enumerate(sizes):
-            block = shelf.image(f"block-{index:03d}", partial(self._block, found, shelf, pixels, index, size))
+            block = shelf.image(f"block-{index:03d}", partial(self._block, found, render, shelf, pixels, index, size))
             total += size * block.pixels.astype(np.float64)
             seconds += block.provenance["seconds"]
-        accumulators = np.zeros((ACCUMULATORS, *mask.shape, found.channels), dtype=np.float32)
+        accumulators = np.zeros((ACCUMULATORS, *mask.shape, total.shape[-1]), dtype=np.float32)
         accumulators[:, mask] = total / sum(sizes)
-        return Truth(found.name, shelf.key, accumulators, mask, sum(sizes) * ACCUMULATORS, seconds, integrator)
+        kept, removed = accumulators[..., : found.channels], accumulators[..., found.channels :]
+        spp = sum(sizes) * ACCUMULATORS
+        return Truth(found.name, shelf.key, kept, mask, spp, seconds, integrator, removed if is_clamped else None)
 
-    def _block(self, found: Quantity, shelf: Shelf, pixels: Any, index: int, spp: int) -> Image:
+    def _block(self, found: Quantity, render: BlockRender, shelf: Shelf, pixels: Any, index: int, spp: int) -> Image:
         """A block as an image whose rows are accumulators and whose columns are the judged pixels."""
-        render = found.block
-        assert render is not None
         stage = self._stage
-        parts = np.array_split(pixels, -(-len(pixels) * spp // PATHS_A_LAUNCH))
+        everywhere = np.tile(pixels, ACCUMULATORS)
+        parts = np.array_split(everywhere, -(-len(everywhere) * spp // PATHS_A_LAUNCH))
         start = time.perf_counter()
         rows: list[Float64] = []
-        for k in range(ACCUMULATORS):
-            self.progress(f"{self.scene.name}: {found.name}, block {index} of {spp} spp", k / ACCUMULATORS)
-            seeds = [seed_of(shelf.key, index, k, part) for part in range(len(parts))]
-            rows.append(np.concatenate([render(stage, p, s, spp) for p, s in zip(parts, seeds, strict=True)]))
-        image = require_finite(
-            np.stack(rows).astype(np.float32), f"reference of {self.scene.name}, {found.name}, block {index}"
-        )
+        for part, chosen in enumerate(parts):
+            self.progress(f"{self.scene.name}: {found.name}, {spp * ACCUMULATORS} more spp", part / len(parts))
+            rows.append(render(stage, chosen, seed_of(shelf.key, index, part), spp, self.scene.truth.clamp))
+        values = np.concatenate(rows).reshape(ACCUMULATORS, len(pixels), -1).astype(np.float32)
+        image = require_finite(values, f"reference of {self.scene.name}, {found.name}, block {index}")
         return Image(image, self._provenance(shelf, found, {"seconds": time.perf_counter() - start, "spp": spp}))
 
     def _provenance(self, shelf: Shelf, found: Quantity, more: dict[str, Any]) -> dict[str, Any]:

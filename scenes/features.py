@@ -22,13 +22,16 @@ from scenes.model import (
 class Features:
     """All derived; nothing here is ever set by hand."""
 
+    is_dark: bool
     has_point_lights: bool
     has_directional_lights: bool
     has_surface_lights: bool
     has_sky: bool
+    is_lit_by_constant_sky_alone: bool
     has_textures: bool
     has_thin_lens: bool
     subject_is_convex: bool
+    subject_is_alone: bool
     brightest_reflectance: float
     """Highest reflectance of the surroundings: bounds how fast the light that bounces among them dies out."""
 
@@ -43,13 +46,16 @@ def features_of(scene: Scene, meshes: tuple[Mesh, ...]) -> Features:
     surroundings = [m.material for m in meshes if not m.is_subject]
     subjects = [m for m in meshes if m.is_subject]
     return Features(
+        is_dark=not kinds,
         has_point_lights=PointLight in kinds,
         has_directional_lights=DirectionalLight in kinds,
         has_surface_lights=AreaLight in kinds or DiskLight in kinds,
         has_sky=ConstantLight in kinds or EnvironmentLight in kinds,
+        is_lit_by_constant_sky_alone=kinds == [ConstantLight],
         has_textures=any(isinstance(m.reflectance, Texture) for m in scene.materials.values()),
         has_thin_lens=isinstance(scene.sensor, ThinLens),
         subject_is_convex=len(subjects) == 1 and is_convex(subjects[0].surface),
+        subject_is_alone=not surroundings,
         brightest_reflectance=max((_brightest(scene, m) for m in surroundings), default=0.0),
     )
 

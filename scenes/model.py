@@ -24,6 +24,10 @@ PIXEL_GRID = 8
 """Geometric quantities are means over a regular grid of this many positions along each side of a pixel."""
 
 
+MOST_SPP = 1 << 22
+"""More samples a pixel than a truth may cost."""
+
+
 class Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
@@ -273,10 +277,16 @@ class Check(Strict):
     criteria: Annotated[tuple[Criterion, ...], Field(min_length=1)]
 
 
-class TruthLimits(Strict):
-    """The most samples a pixel that the truth may cost before a check is INCONCLUSIVE."""
+class TruthSettings(Strict):
+    """What the truth may cost, and whether rare bright paths count.
 
-    max_spp: Annotated[int, Field(ge=64, le=1 << 22)] = 4096
+    max_spp : the most samples a pixel before a check is INCONCLUSIVE
+    clamp   : samples brighter than this are scaled down to it, in the quantity's unit. That is another truth than the
+        unclamped one, and a darker one: every result tells how much energy was removed.
+    """
+
+    max_spp: Annotated[int, Field(ge=64, le=MOST_SPP)] = 4096
+    clamp: Positive | None = None
 
 
 class Scene(Strict):
@@ -291,5 +301,5 @@ class Scene(Strict):
     shapes: Annotated[tuple[Shape, ...], Field(min_length=1)]
     emitters: tuple[Emitter, ...] = ()
     subject: Annotated[tuple[Name, ...], Field(min_length=1)]
-    truth: TruthLimits = TruthLimits()
+    truth: TruthSettings = TruthSettings()
     checks: tuple[Check, ...] = ()

@@ -29,19 +29,23 @@ __all__ = ["METRICS", "Estimate", "Metric", "Samples", "check_image", "evaluate"
 
 @dataclass(frozen=True)
 class Metric:
-    """`unit` is "1" for a ratio, "quantity" for the unit of what is judged."""
+    """`unit` is "1" for a ratio, "quantity" for the unit of what is judged.
+
+    The truth's noise would add to the value raised to `noise_power` if nothing corrected for it; None if it would not.
+    """
 
     name: str
     unit: str
     summary: str
     function: Callable[[Float64, Samples], Estimate]
+    noise_power: int | None = None
 
 
 METRICS = {
     metric.name: metric
     for metric in (
-        Metric("nrmse", "1", "root mean square error over the truth's mean, noise removed", nrmse),
-        Metric("rel_mse_eps1e-2", "1", "mean squared error relative to each pixel's truth, noise removed", rel_mse),
+        Metric("nrmse", "1", "root mean square error over the truth's mean, noise removed", nrmse, 2),
+        Metric("rel_mse_eps1e-2", "1", "mean squared error relative to each pixel's truth, noise removed", rel_mse, 1),
         Metric("energy_bias", "1", "mean over the truth's mean, minus one: above 0 is too bright", energy_bias),
         Metric("flip", "1", "mean FLIP error of the tone-mapped images", flip),
         Metric("dssim_tonemapped", "1", "one minus SSIM of the tone-mapped images", dssim_tonemapped),

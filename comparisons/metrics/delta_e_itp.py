@@ -33,8 +33,12 @@ def delta_e_itp(image_test: Float64, samples: Samples) -> Estimate:
     """
     require_rgb(samples, "delta_e_itp")
     scale = exposure_for(samples.mean, samples.mask) * WHITE_CD_M2
-    test = scale * image_test[samples.mask]
-    return bracket(lambda truth: float(difference_itp(scale * truth[samples.mask], test).mean()), samples)
+    return bracket(
+        lambda true, test: float(difference_itp(true[samples.mask], test[samples.mask]).mean()),
+        lambda linear: scale * linear,
+        image_test,
+        samples,
+    )
 
 
 def difference_itp(rgb_true: Float64, rgb_test: Float64) -> Float64:

@@ -1,7 +1,5 @@
 """Structural dissimilarity of the displayed images."""
 
-import numpy as np
-
 from comparisons.metrics.bracket import bracket
 from comparisons.metrics.sample import Estimate, Samples, require_rgb
 from comparisons.tonemap import exposure_for, to_display
@@ -34,8 +32,12 @@ def dssim_tonemapped(image_test: Float64, samples: Samples) -> Estimate:
             f"{width}x{height}: render it larger, or choose nrmse."
         )
     exposure = exposure_for(samples.mean, samples.mask)
-    test = to_display(np.where(samples.mask[..., None], image_test, 0.0), exposure)
-    return bracket(lambda truth: 1 - float(ssim_map(to_display(truth, exposure), test)[samples.mask].mean()), samples)
+    return bracket(
+        lambda true, test: 1 - float(ssim_map(true, test)[samples.mask].mean()),
+        lambda linear: to_display(linear, exposure),
+        image_test,
+        samples,
+    )
 
 
 def ssim_map(display_true: Float64, display_test: Float64) -> Float64:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from comparisons.metrics.sample import Estimate, Samples, positive_mean
-from comparisons.statistics import firefly_note, t_decision
+from comparisons.statistics import firefly_note, student_quantile
 from scenes.image import Float64
 
 
@@ -27,6 +27,6 @@ def energy_bias(image_test: Float64, samples: Samples) -> Estimate:
     means = samples.masked.mean(axis=(1, 2))
     k = len(means)
     relative_error = float(means.std(ddof=1)) / k**0.5 / truth
-    half_width = abs(ratio) * t_decision(k - 1) * relative_error
+    half_width = abs(ratio) * student_quantile(samples.alpha, k - 1) * relative_error
     note = firefly_note(np.var(samples.masked.mean(axis=2), axis=0, ddof=1))
     return Estimate(ratio - 1, ratio - 1 - half_width, ratio - 1 + half_width, valid=not note, note=note)

@@ -25,8 +25,12 @@ def flip(image_test: Float64, samples: Samples) -> Estimate:
     """
     require_rgb(samples, "flip")
     exposure = exposure_for(samples.mean, samples.mask)
-    test = to_display(np.where(samples.mask[..., None], image_test, 0.0), exposure)
-    return bracket(lambda truth: float(flip_map(to_display(truth, exposure), test)[samples.mask].mean()), samples)
+    return bracket(
+        lambda true, test: float(flip_map(true, test)[samples.mask].mean()),
+        lambda linear: to_display(linear, exposure),
+        image_test,
+        samples,
+    )
 
 
 def flip_map(display_true: Float64, display_test: Float64) -> NDArray[np.float32]:

@@ -20,10 +20,12 @@ class Samples:
 
     accumulators : (K, H, W, C), each the mean of the same number of samples a pixel. K = 1 means exact, free of noise.
     mask         : (H, W) bool. What lies outside is never judged and need not be finite.
+    alpha        : how probably an interval may miss the true value on either side.
     """
 
     accumulators: NDArray[Any]
     mask: Bool
+    alpha: float = 0.01
 
     def __post_init__(self) -> None:
         if self.accumulators.ndim != 4:
@@ -75,6 +77,12 @@ class Samples:
         half = len(self.accumulators) // 2
         return self._spread(self.masked[:half]), self._spread(self.masked[half:])
 
+    @cached_property
+    def variance_of_mean(self) -> Float64:
+        """(P, C), how noisy the mean of the accumulators is."""
+        variance: Float64 = self.masked.var(axis=0, ddof=1) / len(self.masked)
+        return variance
+
     def _spread(self, values: Float64) -> Float64:
         image = np.zeros(self.accumulators.shape[1:])
         image[self.mask] = values.mean(axis=0)
@@ -86,7 +94,8 @@ class Estimate:
     """A metric's value and the interval that decisions are made on.
 
     With an exact truth low == value == high. An estimate that is not `valid` decides nothing; `note` says why, or what
-    else should be known about it.
+    else should be known about it. `floor` is what the truth's noise alone reads where nothing corrects for it; None
+    where noise does not add to the metric.
     """
 
     value: float
@@ -94,6 +103,7 @@ class Estimate:
     high: float
     valid: bool = True
     note: str = ""
+    floor: float | None = None
 
     @classmethod
     def exact(cls, value: float, note: str = "") -> "Estimate":

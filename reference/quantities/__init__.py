@@ -10,7 +10,9 @@ MODULES = {
     "normal": "reference.quantities.geometry",
     "coverage": "reference.quantities.geometry",
     "albedo": "reference.quantities.geometry",
-    "indirect_radiance": "reference.quantities.indirect",
+    "radiance": "reference.quantities.radiance",
+    "direct_radiance": "reference.quantities.radiance",
+    "indirect_radiance": "reference.quantities.radiance",
 }
 
 

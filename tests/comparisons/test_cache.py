@@ -104,14 +104,14 @@ def damage(path: Path) -> None:
 
 def test_damaged_truth_is_rendered_anew_and_said(after_a_run: Path, lightgauge: Run) -> None:
     before = without_origin(after_a_run)
-    (block,) = (after_a_run / ".lightgauge").rglob("block-001.exr")
+    (block,) = (after_a_run / ".lightgauge").rglob("block-000.exr")
     content = read_exr(block).pixels
     damage(block)
     outcome = lightgauge("run", "tiny.toml")
     assert outcome.status == 0
     assert "Dropped from the store and rendered anew" in outcome.out
-    assert "block-001.exr" in outcome.out
-    assert "block-001.exr" in results_of(after_a_run)["store_note"]
+    assert "block-000.exr" in outcome.out
+    assert "block-000.exr" in results_of(after_a_run)["store_note"]
     assert (read_exr(block).pixels == content).all()
     assert without_origin(after_a_run) == before
 

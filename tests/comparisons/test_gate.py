@@ -121,9 +121,9 @@ def test_an_exposure_that_cannot_be_fitted_is_refused(factor: float, message: st
         (Estimate(1.0, 0.8, 1.2), 0.5, 0.95, 1600),
         (Estimate(1.0, 0.8, 1.2), 1.1, 2.0, 400),
         (Estimate(0.0, 0.0, 0.4), None, 0.2, 400),
-        (Estimate(1.0, 0.6, 1.0), None, 0.7, 1600),
+        (Estimate(0.6, 0.4, 1.0), None, 0.7, 1600),
     ],
-    ids=["max above", "max below", "min", "nearer bound", "past max", "past min", "clipped", "noise only adds"],
+    ids=["max above", "max below", "min", "nearer bound", "past max", "past min", "clipped", "raw above"],
 )
 def test_samples_needed(estimate: Estimate, low: float | None, high: float | None, expected: int) -> None:
     """Half the half-width costs four times the samples."""
@@ -153,7 +153,7 @@ def test_the_predicted_samples_do_decide() -> None:
     def measured(spp: int) -> CriterionResult:
         shape = spp / 16 / 2
         accumulators = TRUTH * rng.gamma(shape, 1 / shape, size=(16, *TRUTH.shape))
-        return judged(evaluate("nrmse", 1.2 * TRUTH, Samples(accumulators, MASK)), high=bound)
+        return judged(evaluate("nrmse", 1.2 * TRUTH, Samples(accumulators, MASK, 0.001)), high=bound)
 
     starts = [measured(32) for _ in range(30)]
     needed = [spp for start in starts if (spp := spp_needed(start, 32)) is not None]

@@ -16,7 +16,7 @@ from scenes.exr import read_exr
 Run = Callable[..., Any]
 Write = Callable[..., Path]
 
-TRUTH_OF_2048_SPP = "import comparisons.suite; comparisons.suite.FIRST_SPP = 1 << 11"
+TRUTH_OF_2048_SPP = "import comparisons.sequential; comparisons.sequential.FIRST_SPP = 1 << 11"
 INTERRUPT_THE_IMPORT_OF_MITSUBA = """
 import os, signal
 class Finder:

@@ -18,7 +18,7 @@ from comparisons.summary import closing_lines, line_of
 
 Run = Callable[..., Any]
 
-CRITERION_KEYS = {"metric", "value", "low", "high", "bound", "min", "max", "verdict", "reason", "note", "valid"}
+CRITERION_KEYS = {"bound", *(field.name for field in fields(CriterionResult))}
 CHECK_KEYS = {"id", *(field.name for field in fields(CheckResult))}
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
@@ -35,6 +35,7 @@ criteria = st.builds(
     reason=texts,
     note=texts,
     valid=st.booleans(),
+    floor=st.none() | numbers,
 )
 checks = st.builds(
     CheckResult,

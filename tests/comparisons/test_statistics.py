@@ -2,13 +2,11 @@ import numpy as np
 import pytest
 
 from comparisons.statistics import (
-    ALPHA_PER_SIDE,
     FIREFLY_PIXELS,
-    LOOKS,
-    Z_DECISION,
     firefly_note,
+    normal_quantile,
     squared_errors,
-    t_decision,
+    student_quantile,
 )
 from scenes.image import Float64
 
@@ -21,12 +19,10 @@ def pairwise(differences: Float64) -> Float64:
     return values
 
 
-def test_decision_level_is_bonferroni_over_all_looks() -> None:
-    from scipy.special import ndtri
-
-    assert pytest.approx(ndtri(1 - ALPHA_PER_SIDE / LOOKS), abs=5e-3) == Z_DECISION
-    assert t_decision(10**7) == pytest.approx(Z_DECISION, abs=5e-3)
-    assert t_decision(15) > Z_DECISION
+def test_quantiles_are_those_of_the_tables() -> None:
+    assert normal_quantile(0.025) == pytest.approx(1.959964, abs=1e-6)
+    assert student_quantile(0.025, 15) == pytest.approx(2.131450, abs=1e-6)
+    assert student_quantile(0.01, 10**8) == pytest.approx(normal_quantile(0.01), abs=1e-6)
 
 
 def test_estimate_is_the_mean_over_pairs() -> None:

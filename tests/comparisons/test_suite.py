@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from comparisons import suite
+from comparisons import sequential
 from comparisons.gate import CriterionResult, Verdict
 from comparisons.metrics import Estimate, Samples
 from comparisons.parity import PARITY
@@ -96,7 +96,7 @@ def test_an_undecided_check_has_status_2_and_says_how_many_samples_it_takes(
     def evaluate(metric: str, image: Float32, samples: Samples) -> Estimate:
         return Estimate(0.375, 0.25, 0.75) if metric == "nrmse" else Estimate.exact(0.0)
 
-    monkeypatch.setattr(suite, "evaluate", evaluate)
+    monkeypatch.setattr(sequential, "evaluate", evaluate)
     write_scene(("max_spp = 4096", "max_spp = 64"))
     outcome = lightgauge("run", "tiny.toml")
     assert outcome.status == 2
@@ -116,7 +116,7 @@ def test_samples_double_until_the_limit_while_a_verdict_is_open(
     def evaluate(metric: str, image: Float32, samples: Samples) -> Estimate:
         return Estimate(0.5, 0.4, 0.6) if metric == "nrmse" else Estimate.exact(0.0)
 
-    monkeypatch.setattr(suite, "evaluate", evaluate)
+    monkeypatch.setattr(sequential, "evaluate", evaluate)
     write_scene(("max_spp = 4096", "max_spp = 2047"))
     assert lightgauge("run", "tiny.toml").status == 2
     check = results_of(with_truth)[JUDGED]
@@ -133,9 +133,9 @@ def test_error_bars_that_cannot_be_trusted_are_sampled_further(
         looks.append(metric)
         return Estimate(0.0, 0.0, 0.001, valid=metric != "nrmse" or looks.count("nrmse") > 1, note="fireflies")
 
-    monkeypatch.setattr(suite, "evaluate", evaluate)
+    monkeypatch.setattr(sequential, "evaluate", evaluate)
     assert lightgauge("run", "tiny.toml").status == 0
-    assert results_of(with_truth)[JUDGED]["spp"] == 512
+    assert results_of(with_truth)[JUDGED]["spp"] == 32
 
 
 @pytest.mark.usefixtures("with_truth")
@@ -146,7 +146,7 @@ def test_error_bars_that_stay_untrustworthy_get_no_number_of_samples_as_advice(
         return Estimate(0.0, 0.0, 0.001, valid=metric != "nrmse", note="fireflies")
 
     write_scene(("max_spp = 4096", "max_spp = 256"))
-    monkeypatch.setattr(suite, "evaluate", evaluate)
+    monkeypatch.setattr(sequential, "evaluate", evaluate)
     outcome = lightgauge("run", "tiny.toml")
     assert outcome.status == 2
     assert "fireflies" in outcome.out
@@ -190,7 +190,7 @@ def test_an_image_of_one_value_is_judged(
 def test_a_metric_that_overflows_is_an_error_and_null_in_the_results(
     with_truth: Path, lightgauge: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(suite, "evaluate", lambda metric, image, samples: Estimate(np.inf, np.nan, np.inf))
+    monkeypatch.setattr(sequential, "evaluate", lambda metric, image, samples: Estimate(np.inf, np.nan, np.inf))
     assert lightgauge("run", "tiny.toml").status == 4
     (criterion, _) = results_of(with_truth)["tiny/raster.normal"]["criteria"]
     assert criterion["verdict"] == "ERROR"

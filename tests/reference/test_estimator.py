@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from reference import estimator
-from reference.estimator import ACCUMULATORS, FIRST_BLOCK, LARGEST_BLOCK, Reference, block_sizes, seed_of, truth_parts
+from reference.estimator import ACCUMULATORS, LARGEST_BLOCK, Reference, block_sizes, seed_of, truth_parts
 from reference.quantities import quantity
-from reference.quantities.indirect import indirect_block
-from reference.quantity import BlockRender
+from reference.quantities.radiance import indirect_block
+from reference.quantity import BlockRender, Integrator
 from reference.stage import Stage, build_stage
 from reference.store import Store
 from scenes.digest import digest_of
@@ -28,15 +28,14 @@ MakeReference = Callable[..., Reference]
 INDIRECT = "indirect_radiance"
 
 
-def refuse(stage: Stage, pixels: NDArray[Any], seed: int, spp: int) -> Float64:
+def refuse(stage: Stage, pixels: NDArray[Any], seed: int, spp: int, clamp: float | None) -> Float64:
     raise AssertionError("a block was rendered")
 
 
 def rendered_by(block: BlockRender, patch: pytest.MonkeyPatch) -> None:
     """Let `block` render the indirect light."""
-    patch.setattr(
-        estimator, "quantity", lambda name: replace(quantity(name), block=block) if name == INDIRECT else quantity(name)
-    )
+    sampled = replace(quantity(INDIRECT), integrator=lambda features: Integrator("fake", "a test", block=block))
+    patch.setattr(estimator, "quantity", lambda name: sampled if name == INDIRECT else quantity(name))
 
 
 class Counting:
@@ -46,11 +45,11 @@ class Counting:
         self.seeds: list[int] = []
         self.fail_at = fail_at
 
-    def __call__(self, stage: Stage, pixels: NDArray[Any], seed: int, spp: int) -> Float64:
+    def __call__(self, stage: Stage, pixels: NDArray[Any], seed: int, spp: int, clamp: float | None) -> Float64:
         if len(self.seeds) == self.fail_at:
             raise KeyboardInterrupt
         self.seeds.append(seed)
-        return indirect_block(stage, pixels, seed, spp)
+        return indirect_block(stage, pixels, seed, spp, clamp)
 
 
 @given(st.integers(1, 5000))
@@ -63,7 +62,7 @@ def test_blocks_reach_the_samples_asked_for_and_no_block_is_in_vain(spp: int) ->
 @given(st.integers(1, 5000))
 def test_blocks_are_powers_of_two_of_a_bounded_size(spp: int) -> None:
     for size in block_sizes(spp):
-        assert FIRST_BLOCK <= size <= LARGEST_BLOCK
+        assert 1 <= size <= LARGEST_BLOCK
         assert size & (size - 1) == 0
 
 
@@ -75,7 +74,7 @@ def test_more_samples_only_add_blocks(some: int, more: int) -> None:
 
 @pytest.mark.parametrize("doublings", range(7))
 def test_doubling_the_samples_adds_one_block(doublings: int) -> None:
-    spp = FIRST_BLOCK * 2**doublings
+    spp = 2**doublings
     assert sum(block_sizes(spp)) == spp
     assert len(list(block_sizes(2 * spp))) == len(list(block_sizes(spp))) + 1
 
@@ -87,7 +86,7 @@ def test_the_examples_of_the_docstrings_hold() -> None:
 
 
 def test_seeds_fill_32_bits_and_differ_from_launch_to_launch() -> None:
-    launches = [(block, k, part) for block in range(12) for k in range(ACCUMULATORS) for part in range(4)]
+    launches = [(block, part) for block in range(12) for part in range(64)]
     seeds = [seed_of("key", *launch) for launch in launches]
     assert len(set(seeds)) == len(seeds)
     assert max(seeds) < 2**32
@@ -102,16 +101,28 @@ def test_each_launch_has_a_seed_of_its_own(
     rendered_by(counting, monkeypatch)
     monkeypatch.setattr(estimator, "PATHS_A_LAUNCH", 256)
     made = reference(make_scene())
-    parts = [-(-np.count_nonzero(made.subject_mask) * spp // 256) for spp in (4, 4)]
-    made.truth(INDIRECT, 128)
-    assert len(set(counting.seeds)) == len(counting.seeds) == ACCUMULATORS * sum(parts)
+    parts = [-(-np.count_nonzero(made.subject_mask) * ACCUMULATORS * spp // 256) for spp in (1, 1, 2)]
+    made.truth(INDIRECT, 64)
+    assert len(set(counting.seeds)) == len(counting.seeds) == sum(parts)
     assert parts[0] > 1
+
+
+def test_how_a_block_is_cut_into_launches_changes_no_pixel_in_the_mean(
+    make_scene: MakeScene, reference: MakeReference, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each accumulator and each pixel gets its own samples, wherever the cuts fall."""
+    rendered_by(lambda stage, pixels, seed, spp, clamp: np.repeat(pixels[:, None] + 0.0, 3, axis=1), monkeypatch)
+    for paths in (1 << 21, 100):
+        monkeypatch.setattr(estimator, "PATHS_A_LAUNCH", paths)
+        truth = reference(make_scene(), Store(tmp_path / str(paths))).truth(INDIRECT, 16)
+        expected = np.broadcast_to(np.flatnonzero(truth.mask)[:, None], (ACCUMULATORS, truth.mask.sum(), 3))
+        np.testing.assert_array_equal(truth.accumulators[:, truth.mask], expected)
 
 
 def test_the_same_seed_is_the_same_image_and_another_seed_another(make_scene: MakeScene, mi: ModuleType) -> None:
     scene = make_scene()
     stage = build_stage(mi, scene, geometry_of(scene))
-    first, again, other = (indirect_block(stage, np.array([100, 101]), seed, 16) for seed in (7, 7, 8))
+    first, again, other = (indirect_block(stage, np.array([100, 101]), seed, 16, None) for seed in (7, 7, 8))
     np.testing.assert_array_equal(first, again)
     assert (first != other).all()
 
@@ -153,10 +164,10 @@ def test_samples_merge_to_the_bit(make_scene: MakeScene, reference: MakeReferenc
 def test_blocks_count_by_their_samples(
     make_scene: MakeScene, reference: MakeReference, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Blocks of 4, 4 and 8 samples whose values are 4, 4 and 8: the mean of the samples is (16 + 16 + 64) / 16."""
-    rendered_by(lambda stage, pixels, seed, spp: np.full((len(pixels), 3), float(spp)), monkeypatch)
-    truth = reference(make_scene()).truth(INDIRECT, 256)
-    np.testing.assert_array_equal(truth.accumulators[:, truth.mask], 6)
+    """Blocks of 1, 1, 2 and 4 samples whose values are 1, 1, 2 and 4: the mean is (1 + 1 + 4 + 16) / 8."""
+    rendered_by(lambda stage, pixels, seed, spp, clamp: np.full((len(pixels), 3), float(spp)), monkeypatch)
+    truth = reference(make_scene()).truth(INDIRECT, 128)
+    np.testing.assert_array_equal(truth.accumulators[:, truth.mask], 22 / 8)
 
 
 def test_nothing_is_rendered_twice(
@@ -196,31 +207,34 @@ def test_a_damaged_block_is_rendered_again_and_that_is_said(
     assert "rendered anew" in store.notes[0]
 
 
-@pytest.mark.parametrize("fail_at", [0, 5, ACCUMULATORS, ACCUMULATORS + 9])
+@pytest.mark.parametrize("fail_at", [0, 1, 4, 6])
 def test_an_interrupted_run_is_resumed_to_the_same_result(
     make_scene: MakeScene, reference: MakeReference, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fail_at: int
 ) -> None:
+    """Blocks of 1, 1 and 2 samples, in 2, 2 and 4 launches: at most the block in flight is lost."""
     scene = make_scene()
-    expected = reference(scene, Store(tmp_path / "undisturbed")).truth(INDIRECT, 128)
+    pixels = np.count_nonzero(reference(scene).subject_mask)
+    monkeypatch.setattr(estimator, "PATHS_A_LAUNCH", pixels * ACCUMULATORS // 2)
+    expected = reference(scene, Store(tmp_path / "undisturbed")).truth(INDIRECT, 64)
     with monkeypatch.context() as patch:
         rendered_by(Counting(fail_at), patch)
         with pytest.raises(KeyboardInterrupt):
-            reference(scene).truth(INDIRECT, 128)
+            reference(scene).truth(INDIRECT, 64)
     blocks = sorted(p.name for p in (tmp_path / "store").rglob("*block-*"))
-    assert blocks == ["block-000.exr"][: fail_at // ACCUMULATORS]
+    assert blocks == ["block-000.exr", "block-001.exr"][: fail_at // 2]
     counting = Counting()
     rendered_by(counting, monkeypatch)
-    resumed = reference(scene).truth(INDIRECT, 128)
-    assert len(counting.seeds) == ACCUMULATORS * (2 - len(blocks))
+    resumed = reference(scene).truth(INDIRECT, 64)
+    assert len(counting.seeds) == 8 - 2 * len(blocks)
     np.testing.assert_array_equal(resumed.accumulators, expected.accumulators)
 
 
 def test_a_block_with_nan_is_an_error_and_is_not_kept(
     make_scene: MakeScene, reference: MakeReference, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(stage: Stage, pixels: NDArray[Any], seed: int, spp: int) -> Float64:
+    def broken(stage: Stage, pixels: NDArray[Any], seed: int, spp: int, clamp: float | None) -> Float64:
         values = np.ones((len(pixels), 3))
-        values[0] = np.nan
+        values[pixels == pixels[0]] = np.nan
         return values
 
     rendered_by(broken, monkeypatch)
@@ -287,3 +301,44 @@ def test_a_truth_depends_on_the_content_of_mesh_files_not_on_their_name(
 def test_quantities_have_keys_of_their_own(make_scene: MakeScene) -> None:
     names = ("depth", "normal", "coverage", "albedo", INDIRECT)
     assert len({key_of(make_scene(), name) for name in names}) == len(names)
+
+
+def test_a_clamped_truth_is_another_truth_and_geometry_is_not(make_scene: MakeScene) -> None:
+    clamped = make_scene(truth={"clamp": 0.5})
+    assert key_of(clamped) != key_of(make_scene())
+    assert key_of(clamped, "depth") == key_of(make_scene(), "depth")
+
+
+def test_clamping_splits_the_same_samples_into_what_is_kept_and_what_is_removed(
+    make_scene: MakeScene, mi: ModuleType
+) -> None:
+    scene = make_scene()
+    stage = build_stage(mi, scene, geometry_of(scene))
+    pixels = np.array([90, 100, 101])
+    whole, parts = (indirect_block(stage, pixels, 7, 64, clamp) for clamp in (None, 0.3))
+    np.testing.assert_allclose(parts[:, :3] + parts[:, 3:], whole, rtol=1e-5)
+    assert (parts >= 0).all()
+    assert (parts[:, 3:] > 0).any()
+    assert parts[:, :3].max() <= 0.3
+    untouched = indirect_block(stage, pixels, 7, 64, 1e9)
+    np.testing.assert_allclose(untouched, np.hstack([whole, np.zeros_like(whole)]), rtol=1e-6)
+
+
+def test_a_clamped_truth_carries_what_was_removed(make_scene: MakeScene, reference: MakeReference) -> None:
+    truth = reference(make_scene(truth={"clamp": 0.3})).truth(INDIRECT, 256)
+    assert truth.removed is not None
+    assert truth.removed.shape == truth.accumulators.shape
+    assert truth.accumulators[:, truth.mask].max() <= 0.3
+    assert truth.removed.sum() > 0
+
+
+def test_all_samples_at_hand_are_those_that_are_stored_without_a_gap(
+    make_scene: MakeScene, reference: MakeReference, tmp_path: Path
+) -> None:
+    made = reference(make_scene())
+    assert made.at_hand(INDIRECT, 16).spp == 16
+    made.truth(INDIRECT, 128)
+    assert made.at_hand(INDIRECT, 16).spp == 128
+    next((tmp_path / "store").rglob("block-002.exr")).unlink()
+    assert made.at_hand(INDIRECT, 16).spp == 32
+    assert made.at_hand("depth", 0).is_exact

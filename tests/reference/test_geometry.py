@@ -11,6 +11,8 @@ from reference.estimator import Reference
 from reference.quantities import MODULES, quantity
 from scenes.errors import InputError
 from scenes.exr import write_exr
+from scenes.features import features_of
+from scenes.geometry import geometry_of
 from scenes.image import Float32, Image
 from scenes.model import Scene
 
@@ -96,8 +98,11 @@ def test_every_registered_quantity_is_described(name: str, make_scene: MakeScene
     found = quantity(name)
     assert found.name == name
     assert all((found.unit, found.summary))
-    assert (found.exact is None) is not (found.block is None)
-    assert found.integrator(make_scene()).why
+    scene = make_scene()
+    integrator = found.integrator(features_of(scene, geometry_of(scene)))
+    assert (integrator.exact is None) is not (integrator.block is None)
+    assert (integrator.block is not None) is found.is_sampled
+    assert integrator.why
 
 
 def test_an_unknown_quantity_lists_the_known_ones_and_the_closest() -> None:

@@ -121,12 +121,33 @@ def test_the_bracket_holds_the_truth(
     true = evaluate(metric, TRUTH * gain, exact(TRUTH)).value
     estimate = evaluate(metric, TRUTH * gain, noisy(TRUTH, noise))
     assert estimate.low <= 1.01 * true + 1e-9
-    assert estimate.high == estimate.value >= 0.99 * true
+    assert estimate.low <= estimate.value <= estimate.high
+    assert estimate.high >= 0.99 * true
+
+
+@pytest.mark.parametrize("metric", PERCEPTUAL)
+def test_the_extrapolation_is_closer_than_the_raw_value(metric: str, exact: Exact, noisy: Noisy) -> None:
+    image = TRUTH * 1.1
+    true = evaluate(metric, image, exact(TRUTH)).value
+    estimates = [evaluate(metric, image, noisy(TRUTH, 0.3)) for _ in range(8)]
+    raw, extrapolated = (np.mean([getattr(e, key) for e in estimates]) - true for key in ("high", "value"))
+    assert raw > 0
+    assert abs(extrapolated) < 0.7 * raw
+
+
+@pytest.mark.parametrize("metric", PERCEPTUAL)
+def test_the_floor_is_what_two_noisy_truths_differ_by(metric: str, exact: Exact, noisy: Noisy) -> None:
+    floors = [evaluate(metric, TRUTH, noisy(TRUTH, noise)).floor for noise in (0.1, 0.3)]
+    assert None not in floors
+    assert 0 < floors[0] < floors[1]  # type: ignore[operator]
+    first, second = noisy(TRUTH, 0.3).half_means
+    assert floors[1] == pytest.approx(evaluate(metric, second, exact(first)).value, rel=0.2)
+    assert evaluate(metric, TRUTH, exact(TRUTH)).floor is None
 
 
 @pytest.mark.parametrize("metric", PERCEPTUAL)
 def test_noise_adds_to_the_error_of_a_perfect_image(metric: str, noisy: Noisy) -> None:
-    values = [evaluate(metric, TRUTH, noisy(TRUTH, noise)).value for noise in (0.1, 0.3, 1.0)]
+    values = [evaluate(metric, TRUTH, noisy(TRUTH, noise)).high for noise in (0.1, 0.3, 1.0)]
     assert 0 < values[0] < values[1] < values[2]
 
 

@@ -1,4 +1,4 @@
-"""Indirect light against closed forms."""
+"""Radiance against closed forms, and against Mitsuba's own path tracer."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from reference.estimator import Reference, Truth, seed_of
-from reference.quantities import quantity
-from reference.quantities.indirect import indirect_block
+from reference.integrators.ray_casts import mean_over_pixels
+from reference.quantities.radiance import indirect_block, light_paths_block
 from reference.stage import Stage, build_stage
 from scenes.exr import write_exr
 from scenes.geometry import geometry_of
@@ -24,6 +24,7 @@ MakeCavity = Callable[..., dict[str, Any]]
 
 GREY = {"type": "diffuse", "reflectance": [0.6, 0.6, 0.6]}
 POINT = {"type": "point", "position": [0.4, 0.9, 1.2], "intensity": [2.0, 2.0, 2.0]}
+INDIRECT = "indirect_radiance"
 BALL = {"name": "ball", "type": "sphere", "radius": 0.5, "detail": 5, "material": "skin"}
 
 
@@ -87,12 +88,10 @@ def test_a_sphere_in_a_glowing_one(make_scene: MakeScene, make_cavity: MakeCavit
 
 def estimates_of(stage: Stage, spp: int, count: int = 8) -> Float64:
     """Mean over the image of independent blocks, (count, 3). The subject must fill the image."""
-    coverage = quantity("coverage").exact
-    assert coverage is not None
-    assert (coverage(stage) == 1).all()
+    assert (mean_over_pixels(stage, lambda hit: [hit.stage.mi.Float(hit.valid)]) == 1).all()
     pixels = np.arange(stage.width * stage.height)
     seeds = [seed_of("test", k) for k in range(count)]
-    return np.stack([indirect_block(stage, pixels, seed, spp).mean(axis=0) for seed in seeds])
+    return np.stack([indirect_block(stage, pixels, seed, spp, None).mean(axis=0) for seed in seeds])
 
 
 def test_a_white_furnace(make_scene: MakeScene, mi: ModuleType) -> None:
@@ -138,7 +137,7 @@ def test_an_integrating_sphere_lit_from_its_centre(
 def test_the_first_few_samples_are_as_right_as_many(
     make_scene: MakeScene, make_cavity: MakeCavity, reference: MakeReference
 ) -> None:
-    """Blocks of 4 samples: samplers that stratify too few of them are biased by whole percents."""
+    """Blocks of few samples: samplers that stratify too few of them are biased by whole percents."""
     scene = make_scene(
         sensor=close_up(0.85, 30.0) | {"width": 48, "height": 48},
         materials={"wall": GREY, "skin": GREY},
@@ -172,16 +171,16 @@ def test_black_surroundings_reflect_nothing(
     ],
     ids=["constant", "directional"],
 )
-def test_a_convex_subject_alone_under_the_sky_has_direct_light_only(
-    make_scene: MakeScene, reference: MakeReference, light: dict[str, Any]
+def test_paths_find_no_indirect_light_on_a_convex_subject_alone(
+    make_scene: MakeScene, mi: ModuleType, light: dict[str, Any]
 ) -> None:
     """A box: its faces are flat, whereas points of a smooth mesh see a little of it above their tangent plane."""
     crate = {"name": "ball", "type": "box", "size": [0.7, 0.7, 0.7], "material": "skin"}
-    scene = make_scene(sensor=close_up(1.5, 20.0), materials={"skin": GREY}, shapes=[crate], emitters=[light])
-    assert not reference(scene).truth("indirect_radiance", 64).accumulators.any()
+    scene = make_scene(sensor=close_up(1.5, 5.0), materials={"skin": GREY}, shapes=[crate], emitters=[light])
+    assert not estimates_of(build_stage(mi, scene, geometry_of(scene)), spp=64, count=2).any()
 
 
-def test_a_smooth_convex_subject_is_hardly_lit_by_itself(make_scene: MakeScene, reference: MakeReference) -> None:
+def test_a_smooth_convex_subject_is_hardly_lit_by_itself(make_scene: MakeScene, mi: ModuleType) -> None:
     """Some paths leave on the side of the smooth normal but below the facet: less than a thousandth of direct light."""
     scene = make_scene(
         sensor=close_up(1.5, 20.0),
@@ -189,7 +188,7 @@ def test_a_smooth_convex_subject_is_hardly_lit_by_itself(make_scene: MakeScene, 
         shapes=[BALL],
         emitters=[{"type": "constant", "radiance": [1.0, 1.0, 1.0]}],
     )
-    assert means(reference(scene).truth("indirect_radiance", 256)).mean() < 1e-3 * 0.6
+    assert estimates_of(build_stage(mi, scene, geometry_of(scene)), spp=64).mean() < 1e-3 * 0.6
 
 
 def test_emission_of_the_subject_itself_is_left_out(make_scene: MakeScene, mi: ModuleType) -> None:
@@ -206,15 +205,22 @@ def test_emission_of_the_subject_itself_is_left_out(make_scene: MakeScene, mi: M
     assert estimates_of(build_stage(mi, dark, white), spp=16, count=2).min() > 0.01
 
 
-def path_estimates(stage: Stage, spp: int, count: int = 8) -> Float64:
-    """All light less emitted and direct light, by Mitsuba's own path tracer: means of the image, (count, 3)."""
+DEPTHS = {"radiance": (-1, None), "direct_radiance": (2, 1), "indirect_radiance": (-1, 2)}
+"""Quantities as differences of Mitsuba's `path`, whose depth 1 is emitted, 2 is emitted and direct light."""
+
+
+def path_estimates(stage: Stage, name: str, spp: int, count: int = 8) -> Float64:
+    """A quantity by Mitsuba's own path tracer: means of the image, (count, 3)."""
     mi = stage.mi
-    every, direct = (mi.load_dict({"type": "path", "max_depth": depth}) for depth in (-1, 2))
+    depths = [depth for depth in DEPTHS[name] if depth is not None]
+    integrators = [mi.load_dict({"type": "path", "max_depth": depth}) for depth in depths]
     images = []
     for k in range(count):
-        seed = seed_of("path", k)
-        whole, part = (np.array(mi.render(stage.scene, integrator=i, spp=spp, seed=seed)) for i in (every, direct))
-        images.append((whole.astype(float) - part).mean(axis=(0, 1)))
+        whole, *less = (
+            np.array(mi.render(stage.scene, integrator=i, spp=spp, seed=seed_of("path", k))).astype(float)
+            for i in integrators
+        )
+        images.append((whole - sum(less)).mean(axis=(0, 1)))
     return np.stack(images)
 
 
@@ -269,9 +275,76 @@ def test_it_is_what_the_path_tracer_finds_beyond_direct_light(
     )
     stage = build_stage(mi, scene, geometry_of(scene))
     spp = 256 if ROOM in things else 1024
-    own, path = estimates_of(stage, spp), path_estimates(stage, spp)
+    assert_same(estimates_of(stage, spp), path_estimates(stage, INDIRECT, spp))
+
+
+def assert_same(own: Float64, path: Float64) -> None:
+    """Independent estimates (8, 3) of one thing by two integrators."""
     error = np.sqrt((own.var(axis=0, ddof=1) + path.var(axis=0, ddof=1)) / 8)
     difference = own.mean(axis=0) - path.mean(axis=0)
     assert (error < 0.004 * path.mean(axis=0)).all(), f"too noisy to tell: {error / path.mean(axis=0)}"
-    assert (np.abs(difference) < STANDARD_ERRORS * error).all(), f"{difference / error} standard errors"
+    assert (np.abs(difference) <= STANDARD_ERRORS * error).all(), f"{difference / error} standard errors"
     assert (np.abs(difference) < 0.01 * path.mean(axis=0)).all()
+
+
+ROOMY: dict[str, Any] = {"shapes": [ROOM, CRATE], "emitters": [POINT, DISK]}
+LONELY_BOX: dict[str, Any] = {"shapes": [CRATE], "emitters": [SUN, SKY]}
+LONELY_BALL: dict[str, Any] = {"shapes": [BALL], "emitters": [SKY]}
+
+
+@pytest.mark.parametrize(
+    ("name", "things", "chosen"),
+    [
+        ("radiance", ROOMY, "path tracing"),
+        ("direct_radiance", ROOMY, "direct light only"),
+        ("indirect_radiance", ROOMY, "indirect-only path tracing"),
+        ("radiance", LONELY_BOX, "direct light only"),
+        ("direct_radiance", LONELY_BOX, "direct light only"),
+        ("radiance", LONELY_BALL, "closed form: reflectance times sky"),
+        ("direct_radiance", LONELY_BALL, "closed form: reflectance times sky"),
+    ],
+)
+def test_the_cheapest_integrator_that_suffices_is_equal_to_the_general_one(
+    make_scene: MakeScene, reference: MakeReference, mi: ModuleType, name: str, things: dict[str, Any], chosen: str
+) -> None:
+    materials = {"white": diffuse(0.7, 0.7, 0.7), "red": diffuse(0.6, 0.2, 0.1), "skin": diffuse(0.8, 0.5, 0.3)}
+    scene = make_scene(sensor=close_up(1.2, 20.0), materials=materials, **things)
+    truth = reference(scene).truth(name, 4096)
+    assert truth.integrator.name == chosen
+    assert truth.mask.all()
+    stage = build_stage(mi, scene, geometry_of(scene))
+    own = means(truth).reshape(-1, 2, 3).mean(axis=1) if not truth.is_exact else np.repeat(means(truth), 8, axis=0)
+    assert_same(own, path_estimates(stage, name, 256))
+
+
+@pytest.mark.parametrize(
+    ("things", "why"),
+    [
+        ({"shapes": [ROOM, CRATE], "emitters": []}, "no emitter is present"),
+        (LONELY_BOX, "a convex subject on its own: what it reflects never comes back"),
+    ],
+)
+def test_light_that_cannot_be_is_not_sampled(
+    make_scene: MakeScene, reference: MakeReference, mi: ModuleType, things: dict[str, Any], why: str
+) -> None:
+    scene = make_scene(sensor=close_up(1.2, 20.0), materials={"white": GREY, "red": GREY}, **things)
+    truth = reference(scene).truth(INDIRECT, 64)
+    assert (truth.integrator.why, truth.is_exact) == (why, True)
+    assert not truth.accumulators.any()
+    assert not estimates_of(build_stage(mi, scene, geometry_of(scene)), spp=64, count=2).any()
+
+
+def test_direct_and_indirect_light_add_up_to_all_light(make_scene: MakeScene, reference: MakeReference) -> None:
+    scene = make_scene(sensor=close_up(1.2, 20.0), materials={"white": diffuse(0.7, 0.7, 0.7), "red": GREY}, **ROOMY)
+    made = reference(scene)
+    whole, direct, indirect = (means(made.truth(name, 4096)).reshape(-1, 2, 3).mean(axis=1) for name in DEPTHS)
+    assert_same(direct + indirect, whole)
+
+
+def test_clamping_spares_what_the_sensor_sees_directly(make_scene: MakeScene, mi: ModuleType) -> None:
+    scene = make_scene(sensor=close_up(1.2, 20.0), materials={"skin": GREY}, shapes=[BALL], emitters=[])
+    glowing = tuple(replace(mesh, radiance=(9.0, 9.0, 9.0)) for mesh in geometry_of(scene))
+    stage = build_stage(mi, scene, glowing)
+    made = light_paths_block(0, None, stage, np.arange(16), 1, 4, 0.5)
+    assert made[:, :3].min() > 8.99
+    assert made[:, :3].max() <= 9.5 + 1e-5
