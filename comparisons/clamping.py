@@ -30,7 +30,8 @@ def clamp_note(truth: Truth, clamp: float | None) -> str:
     if clamp is None or truth.removed is None:
         return ""
     share, low, high = removed_energy(truth)
-    doubt = firefly_note(truth.removed[:, truth.mask].astype(float).mean(axis=2).var(axis=0, ddof=1))
+    removed = truth.removed[:, truth.mask].astype(float)
+    doubt = firefly_note(removed - removed.mean(axis=0))
     warning = "; this share itself rests on few bright paths and may be larger" if doubt else ""
     return (
         f"The truth is clamped: no sample counts for more than {clamp:g}. That removes {share:.2%} "

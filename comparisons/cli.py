@@ -7,7 +7,7 @@ import sys
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
@@ -31,9 +31,14 @@ examples:
   lightgauge run -k indirect.irradiance    the checks whose name contains that
   lightgauge explain small-room-knot       what runs, what is skipped, and why
   lightgauge report report                 the page again, from report/results.json
+  lightgauge accept --reason "as in 2005"  hold later runs against the errors of this one
+  lightgauge diff indirect.probe indirect.irradiance --scene small-room-knot   which one is better?
+  lightgauge selftest                      would the checks notice a fault?
+  lightgauge store --prune 1G              keep at most a gigabyte of truth
   lightgauge doctor                        can this machine render?
 
-exit status: 0 all checks pass, 1 a budget is exceeded, 2 inconclusive, 3 bad input, 4 environment or render error
+exit status: 0 all checks pass, 1 a budget is exceeded or an error has regressed, 2 inconclusive, 3 bad input,
+4 environment or render error
 """
 
 
@@ -100,6 +105,11 @@ def _parser() -> argparse.ArgumentParser:
         added.set_defaults(command=command)
         return added
 
+    def keep_option(parser: argparse.ArgumentParser) -> None:
+        parser.add_argument(
+            "-k", dest="keep", metavar="TEXT", default="", help="only checks whose scene/technique contains TEXT"
+        )
+
     add("list", _list, "scenes, techniques, quantities and metrics", "lightgauge list")
     explain = add(
         "explain", _explain, "what a scene runs, what it skips, and why", "lightgauge explain small-room-knot"
@@ -109,14 +119,25 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument(
         "scenes", nargs="*", metavar="SCENE", help="a name or a path to a TOML file; all shipped scenes if none"
     )
-    run.add_argument(
-        "-k", dest="keep", metavar="TEXT", default="", help="only checks whose scene/technique contains TEXT"
-    )
+    keep_option(run)
     run.add_argument("-o", dest="folder", metavar="FOLDER", type=Path, default=Path("report"), help="default: report")
     report = add("report", _report, "write the page of a finished run again", "lightgauge report report")
     report.add_argument("run", metavar="RUN", type=Path, help="the folder of a run, or its results.json")
+    accept = add(
+        "accept",
+        _accept,
+        "accept the errors of a finished run: later runs are REGRESSED when they exceed them",
+        'lightgauge accept report -k indirect.probe --reason "wider kernel: less noise, 1 % more error"',
+    )
+    accept.add_argument("run", nargs="?", metavar="RUN", type=Path, default=Path("report"), help="default: report")
+    accept.add_argument("--reason", required=True, metavar="SENTENCE", help="why these errors are as they should be")
+    keep_option(accept)
     doctor = add("doctor", _doctor, "can this machine render?", "lightgauge doctor")
-    for parser_with_store in (run, doctor):
+    store = add("store", _store, "what the store of truth holds; prune or merge it", "lightgauge store --prune 500M")
+    change = store.add_mutually_exclusive_group()
+    change.add_argument("--prune", metavar="SIZE", help="remove what was used least recently until it fits, e.g. 500M")
+    change.add_argument("--merge", metavar="FOLDER", type=Path, help="take over what another store holds")
+    for parser_with_store in (run, doctor, store):
         parser_with_store.add_argument(
             "--store",
             metavar="FOLDER",
@@ -124,6 +145,9 @@ def _parser() -> argparse.ArgumentParser:
             default=Path(".lightgauge"),
             help="where truth is kept between runs; default: .lightgauge",
         )
+    run.add_argument(
+        "--store-limit", metavar="SIZE", default="4G", help="remove truth unused for longest beyond that; default: 4G"
+    )
     return parser
 
 
@@ -158,8 +182,7 @@ def _explain(options: argparse.Namespace) -> int:
 
     scene = load_scene(find_scene(options.scene))
     validate([Request(scene, options.scene)])
-    for line in explanation(scene):
-        print(line)
+    _say(explanation(scene))
     return 0
 
 
@@ -169,6 +192,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _run_checks(options: argparse.Namespace, interrupt: Interrupt) -> int:
+    from comparisons.commands.store import evicted_note, parse_size
     from comparisons.doctor import require_writable
     from comparisons.progress import Display
     from comparisons.results import prepare_folder, results_json, with_pictures, write_run
@@ -176,22 +200,25 @@ def _run_checks(options: argparse.Namespace, interrupt: Interrupt) -> int:
     from comparisons.summary import closing_lines, line_of
     from comparisons.validate import validate
     from reference.store import Store
+    from reference.upkeep import evict
 
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.perf_counter()
     requests = _requests(options)
     validate(requests)
     prepare_folder(options.folder)
     require_writable(options.store, "store", "--store")
+    limit = parse_size(options.store_limit)
     store = Store(options.store)
     warnings.filterwarnings("ignore", module="colour")
     with Display(sum(len(r.checks) for r in requests), line_of, print) as display:
         bar = display.progress
         progress = Progress(interrupt.after(bar.step), interrupt.after(bar.finished))
+        store.waiting = progress.step
         results = run(requests, store, progress)
     shown = [with_pictures(options.folder, store, result) for result in results]
+    store.notes.extend(evicted_note(evict(store, limit), limit))
     page = write_run(options.folder, results_json(shown, started, time.perf_counter() - clock, store.notes))
-    for line in closing_lines(results, store.notes, page, time.perf_counter() - clock):
-        print(line)
+    _say(closing_lines(results, store.notes, page, time.perf_counter() - clock))
     return exit_status(results)
 
 
@@ -221,6 +248,32 @@ def _report(options: argparse.Namespace) -> int:
     folder, results = read_run(options.run)
     print(write_report(folder, results))
     return 0
+
+
+def _accept(options: argparse.Namespace) -> int:
+    from comparisons.commands.accept import accept_lines
+
+    _say(accept_lines(options.run, options.reason, options.keep))
+    return 0
+
+
+def _store(options: argparse.Namespace) -> int:
+    from comparisons.commands.store import inventory_lines, merge_lines, parse_size, prune
+    from reference.store import Store
+
+    store = Store(options.store)
+    if options.prune is not None:
+        _say(prune(store, parse_size(options.prune)))
+    elif options.merge is not None:
+        _say(merge_lines(store, options.merge))
+    else:
+        _say(inventory_lines(store))
+    return 0
+
+
+def _say(lines: Iterable[str]) -> None:
+    for line in lines:
+        print(line)
 
 
 def _doctor(options: argparse.Namespace) -> int:

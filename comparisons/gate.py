@@ -22,6 +22,7 @@ class Verdict(StrEnum):
 
     PASS = "PASS"
     INCONCLUSIVE = "INCONCLUSIVE"
+    REGRESSED = "REGRESSED"
     FAIL = "FAIL"
     ERROR = "ERROR"
 
@@ -78,7 +79,7 @@ def _verdict(criterion: Criterion, estimate: Estimate) -> Verdict:
 
 
 def worst(verdicts: Iterable[Verdict]) -> Verdict:
-    """ERROR before FAIL before INCONCLUSIVE before PASS. No verdict at all is an ERROR: nothing was judged."""
+    """The last one in the order of `Verdict`. No verdict at all is an ERROR: nothing was judged."""
     order = list(Verdict)
     return max(verdicts, key=order.index, default=Verdict.ERROR)
 

@@ -46,6 +46,9 @@ class CheckResult:
     gl_renderer: str = ""
     exit_status: int = 0
     cached: bool = False
+    significance: dict[str, Any] | None = None
+    accepted: dict[str, Any] | None = None
+    slack: str = ""
 
     @property
     def id(self) -> str:

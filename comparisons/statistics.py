@@ -18,25 +18,17 @@ import numpy as np
 
 from scenes.image import Float64
 
-# More than this share of the variance in so few pixels means that rare bright paths (fireflies) carry the estimate: the
-# paths not yet found are missing from the interval too. Converged scenes measure 0.2 to 0.35, broken intervals 0.84 and
-# more.
-FIREFLY_PIXELS = 16
-FIREFLY_SHARE = 0.6
+# Rare bright paths (fireflies) carry the noise of a truth when few of its samples make up most of its variance: paths
+# that nobody has found yet are missing from the interval too. Measured on pools of real samples, 95 % intervals hold
+# 20 to 90 % where the noise rests on fewer than 25 samples, and 92 to 98 % from 64 on.
+LEAST_EVENTS = 64
 
 
-def normal_quantile(alpha: float) -> float:
-    """How many standard errors a normal estimate exceeds with probability `alpha`."""
-    from scipy.special import ndtri
-
-    return -float(ndtri(alpha))
-
-
-def student_quantile(alpha: float, degrees_of_freedom: int) -> float:
-    """The same for a standard error that comes from a few accumulators (Student's t)."""
+def student_quantile(alpha: float, degrees_of_freedom: float) -> float:
+    """How many standard errors an estimate exceeds with probability `alpha` if they are estimates too (Student's t)."""
     from scipy.special import stdtrit
 
-    return -float(stdtrit(degrees_of_freedom, alpha))
+    return -float(stdtrit(min(degrees_of_freedom, 1e9), alpha))
 
 
 @dataclass(frozen=True)
@@ -72,6 +64,16 @@ class PixelEstimates:
         spread = pixels * float(np.var(self.values, ddof=1))
         return math.sqrt(min(jackknife, spread)) / pixels
 
+    def half_width(self, alpha: float) -> float:
+        """Of the interval that misses the mean with probability `alpha` on either side.
+
+        The standard error is itself an estimate, no better known than the number of pixels that it effectively rests
+        on: Student's t with that many degrees of freedom. On 446 pixels, the normal quantile lets an error at its
+        budget pass two to three times too often.
+        """
+        count = effective_count(self.variances)
+        return student_quantile(alpha, max(1.0, count)) * self.standard_error_of_mean
+
 
 def squared_errors(differences: Float64) -> PixelEstimates:
     """Unbiased squared length of each pixel's error vector.
@@ -96,19 +98,30 @@ def squared_errors(differences: Float64) -> PixelEstimates:
     return PixelEstimates(values, -2 * (cross / (k - 1) - values) / (k - 2))
 
 
-def firefly_note(variances: Float64) -> str:
-    """Why an interval built on these variances (P,) cannot be trusted; empty when it can.
+def effective_count(contributions: Float64) -> float:
+    """How many equal contributions would vary as these do: (sum c)² / sum c². Kish, 1965, "Survey Sampling"."""
+    squares = float(np.sum(contributions**2))
+    return float(np.sum(contributions)) ** 2 / squares if squares > 0 else math.inf
 
-    Small images are judged by their top eighth, so that an even spread over few pixels does not count as fireflies.
+
+def firefly_note(deviations: Float64) -> str:
+    """Why an interval cannot be trusted; empty when it can.
+
+    Parameters
+    ----------
+    deviations : (K, P, C), accumulators minus their mean.
     """
-    count = min(FIREFLY_PIXELS, len(variances) // 8)
-    total = float(variances.sum())
-    if count == 0 or total <= 0:
-        return ""
-    share = float(np.sort(variances)[-count:].sum()) / total
-    if share <= FIREFLY_SHARE:
+    events = effective_count(np.einsum("kpc,kpc->kp", deviations, deviations))
+    if events >= LEAST_EVENTS:
         return ""
     return (
-        f"fireflies: {count} of {len(variances)} pixels carry {share:.0%} of the variance (at most {FIREFLY_SHARE:.0%} "
-        "is allowed), so the interval cannot be trusted; clamp the samples, or remove the light paths that cause them"
+        f"fireflies: the noise of the truth rests on about {events:.0f} bright samples ({LEAST_EVENTS} are needed), so "
+        "the interval cannot be trusted; clamp the samples, or remove the light paths that cause them"
     )
+
+
+def normal_quantile(alpha: float) -> float:
+    """How many standard errors a normal estimate exceeds with probability `alpha`."""
+    from scipy.special import ndtri
+
+    return -float(ndtri(alpha))

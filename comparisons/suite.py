@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from comparisons.baseline import apply, read_accepted
 from comparisons.cache import CheckCache
 from comparisons.clamping import clamp_note
 from comparisons.gate import CriterionResult, Verdict, spp_needed, worst
@@ -19,6 +20,7 @@ from comparisons.parity import checks_of
 from comparisons.report.pictures import display_of, write_pictures
 from comparisons.result import CheckResult, check_id, empty_result
 from comparisons.sequential import Decision, decide, fixed_spp
+from comparisons.significance import LEAST_SPP, significance
 from comparisons.tonemap import exposure_for
 from realtime.render import Renderer
 from realtime.techniques import technique
@@ -81,14 +83,15 @@ def _run_scene(request: Request, store: Store, progress: Progress) -> list[Check
     runner = _Runner(request, store, progress)
     results: dict[int, CheckResult] = {}
     broken = ""
+    accepted = read_accepted(request.scene.folder)
     for index in sorted(range(len(request.checks)), key=lambda i: _by_tightness(request.checks[i])):
         check = request.checks[index]
         is_parity = check.quantity in PARITY_QUANTITIES
         result = runner.refused(check, broken) if broken and not is_parity else runner.result(check)
         if is_parity and result.verdict is not Verdict.PASS:
             broken = broken or _parity_message(result)
-        results[index] = result
-        progress.finished(result)
+        results[index] = apply(result, accepted.get(result.id))
+        progress.finished(results[index])
     return [results[index] for index in sorted(results)]
 
 
@@ -179,15 +182,17 @@ class _Runner:
         truth = self.reference.at_hand(check.quantity, decision.truth.spp)
         samples = Samples(truth.accumulators, truth.mask)
         display = display_of(check.quantity)
+        tested = significance(decision.image, samples) if truth.spp >= LEAST_SPP else None
         scale = error_scale(decision.criteria, samples)
         exposure = exposure_for(samples.mean, truth.mask) if display in ("radiance", "depth") else 1.0
         smoothing = 0.0 if truth.is_exact else SMOOTHING_PX
         mean = samples.mean.astype(np.float32)
         folder = self.cache.folder(scene, check)
         pictures = write_pictures(
-            folder, "picture", decision.image, mean, truth.mask, exposure, scale, display, smoothing
+            folder, "picture", decision.image, mean, truth.mask, exposure, scale, display, smoothing, tested
         )
         return {
+            "significance": tested.summary if tested is not None else None,
             "images": {name: str((folder / path).relative_to(self.store.root)) for name, path in pictures.items()},
             "spp_shown": truth.spp,
             "error_scale": scale,
@@ -238,9 +243,9 @@ def error_scale(criteria: Iterable[CriterionResult], samples: Samples) -> float:
 
 
 def exit_status(results: Iterable[CheckResult]) -> int:
-    """Status of the process: 0 all pass, 1 a budget exceeded, 2 inconclusive, 3 bad input, 4 another error."""
+    """Status of the process: 0 all pass, 1 a budget exceeded or an error risen, 2 inconclusive, 3 and 4 errors."""
     found = list(results)
     verdict = worst(r.verdict for r in found)
     if verdict is Verdict.ERROR:
         return max((r.exit_status for r in found), default=0) or 4
-    return {Verdict.PASS: 0, Verdict.FAIL: 1, Verdict.INCONCLUSIVE: 2}[verdict]
+    return {Verdict.PASS: 0, Verdict.FAIL: 1, Verdict.REGRESSED: 1, Verdict.INCONCLUSIVE: 2}[verdict]

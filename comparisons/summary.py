@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from textwrap import indent
 
+from comparisons.baseline import notes_on
 from comparisons.gate import CriterionResult, Verdict
 from comparisons.report.numbers import format_bound, format_interval, format_metric
 from comparisons.result import CheckResult
@@ -37,5 +38,6 @@ def closing_lines(results: Sequence[CheckResult], notes: Sequence[str], page: Pa
                 yield "  (for the same reason)" if result.message in said else indent(result.message, "  ")
                 said.add(result.message)
             yield f"  again: {result.rerun}"
+    yield from notes_on(results)
     counts = ", ".join(f"{n} {v}" for v in Verdict if (n := sum(r.verdict is v for r in results)))
     yield f"{counts} in {seconds:.1f} s. Report: {page}"

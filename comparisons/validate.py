@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
+from comparisons.baseline import read_accepted
 from comparisons.metrics import metric_named
 from comparisons.suite import Request
 from realtime.techniques import technique
@@ -25,6 +26,8 @@ def validate(requests: Iterable[Request]) -> None:
         All that is wrong, one a line, each with its file, line and key.
     """
     asked = list(requests)
+    for folder in {request.scene.folder for request in asked}:
+        read_accepted(folder)
     faults = [fault for request in asked for fault in _of_scene(request)]
     named: dict[str, str] = {}
     for request in asked:

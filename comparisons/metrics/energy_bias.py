@@ -1,7 +1,5 @@
 """How much too bright or too dark an image is as a whole."""
 
-import numpy as np
-
 from comparisons.metrics.sample import Estimate, Samples, positive_mean
 from comparisons.statistics import firefly_note, student_quantile
 from scenes.image import Float64
@@ -28,5 +26,5 @@ def energy_bias(image_test: Float64, samples: Samples) -> Estimate:
     k = len(means)
     relative_error = float(means.std(ddof=1)) / k**0.5 / truth
     half_width = abs(ratio) * student_quantile(samples.alpha, k - 1) * relative_error
-    note = firefly_note(np.var(samples.masked.mean(axis=2), axis=0, ddof=1))
+    note = firefly_note((samples.masked - samples.masked.mean(axis=0)).mean(axis=2, keepdims=True))
     return Estimate(ratio - 1, ratio - 1 - half_width, ratio - 1 + half_width, valid=not note, note=note)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from comparisons.metrics.sample import Estimate, Samples, positive_mean
-from comparisons.statistics import PixelEstimates, firefly_note, normal_quantile, squared_errors
+from comparisons.statistics import PixelEstimates, firefly_note, squared_errors
 from scenes.image import Float64
 
 
@@ -25,9 +25,9 @@ def nrmse(image_test: Float64, samples: Samples) -> Estimate:
     if samples.is_exact:
         return Estimate.exact(float(np.sqrt(np.mean((test - samples.masked[0]) ** 2))) / mean)
     relative, error = relative_mse(test, samples.masked)
-    half_width = normal_quantile(samples.alpha) * error.standard_error_of_mean
+    half_width = error.half_width(samples.alpha)
     value, low, high = np.sqrt(np.maximum(0.0, [relative, relative - half_width, relative + half_width])).tolist()
-    note = firefly_note(error.variances)
+    note = firefly_note(samples.masked - samples.masked.mean(axis=0))
     floor = float(np.sqrt(samples.variance_of_mean.mean())) / mean
     return Estimate(value, low, high, valid=not note, note=note, floor=floor)
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from comparisons.metrics.sample import Estimate, Samples, positive_mean
-from comparisons.statistics import PixelEstimates, firefly_note, normal_quantile, squared_errors
+from comparisons.statistics import PixelEstimates, firefly_note, squared_errors
 from scenes.image import Bool, Float64
 
 # A truth of 1 % of the mean or less counts as dark: below it the error is absolute, so black pixels do not divide by
@@ -42,10 +42,10 @@ def rel_mse(image_test: Float64, samples: Samples) -> Estimate:
         return Estimate.exact(float(np.mean((test - truth) ** 2 / (truth**2 + floor))))
     terms = weighted_errors(test, samples, floor)
     value = float(terms.values.mean())
-    half_width = normal_quantile(samples.alpha) * terms.standard_error_of_mean
-    note = firefly_note(terms.variances)
-    weights = _weights(samples.masked, samples.mask, floor)
-    noise = float(np.mean(weights.values * samples.variance_of_mean))
+    half_width = terms.half_width(samples.alpha)
+    weights = _weights(samples.masked, samples.mask, floor).values
+    note = firefly_note(samples.masked - samples.masked.mean(axis=0))  # weights would hide them: they are bright
+    noise = max(0.0, float(np.mean(weights * samples.variance_of_mean)))
     low, high = max(0.0, value - half_width), max(0.0, value + half_width)
     return Estimate(max(0.0, value), low, high, valid=not note, note=note, floor=noise)
 

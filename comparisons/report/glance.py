@@ -5,12 +5,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from comparisons.report.numbers import format_interval, format_metric, format_seconds
+from comparisons.report.numbers import format_interval, format_metric, format_percent, format_seconds
 
 
 @dataclass(frozen=True)
 class Glance:
-    """`least` and `most` are the metric's values over the checks; `where` and `picture` belong to `most`."""
+    """`least` and `most` are the metric's values over the checks; `where`, `wrong` and `picture` belong to `most`.
+
+    `wrong` is the share of the judged pixels that are wrong beyond noise.
+    """
 
     technique: str
     how: str
@@ -20,6 +23,7 @@ class Glance:
     most: str
     interval: str
     where: str
+    wrong: str
     anchor: str
     picture: str
     realtime: str
@@ -62,6 +66,7 @@ def _row(key: tuple[str, bool, str], members: Sequence[tuple[str, Mapping[str, A
         most=format_metric(metric, first["value"], unit),
         interval=format_interval(metric, first.get("low"), first.get("high")),
         where=worst["scene"],
+        wrong=format_percent((worst.get("significance") or {}).get("share"), trim=True),
         anchor=anchor,
         picture=(worst.get("images") or {}).get("error") or "",
         realtime=_median(members, "realtime"),

@@ -56,6 +56,11 @@ def format_metric(metric: str, value: float | None, quantity_unit: str = "", *, 
     return f"{format_number(value * _scale(metric), trim=trim)}{NARROW_SPACE if unit else ''}{unit}"
 
 
+def format_percent(share: float | None, *, trim: bool = False) -> str:
+    """A share as percent: `62.3 %`."""
+    return MISSING if share is None else f"{format_number(100 * share, trim=trim)}{NARROW_SPACE}%"
+
+
 def format_interval(metric: str, low: float | None, high: float | None) -> str:
     """A confidence interval in the unit of `format_metric`, without repeating it: `[6.91, 7.78]`, or `exact`."""
     if low is None or high is None:

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from comparisons.report import numbers, view
-from comparisons.report.pictures import DIVERGING, NOT_A_NUMBER, NOT_JUDGED
+from comparisons.report.pictures import DIVERGING, NOT_A_NUMBER, NOT_JUDGED, WITHIN_NOISE
 from scenes.errors import InputError
 
 if TYPE_CHECKING:
@@ -60,6 +60,11 @@ def _templates() -> "Environment":
         glyphs=view.GLYPHS,
         bar_length=view.BAR_LENGTH,
         bar_budget=view.BAR_BUDGET,
-        colours={"gradient": ", ".join(DIVERGING), "unjudged": NOT_JUDGED, "undefined": NOT_A_NUMBER},
+        colours={
+            "gradient": ", ".join(DIVERGING),
+            "unjudged": NOT_JUDGED,
+            "undefined": NOT_A_NUMBER,
+            "within_noise": WITHIN_NOISE,
+        },
     )
     return environment

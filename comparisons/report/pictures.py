@@ -6,6 +6,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from comparisons.significance import Significance
+from reference.store import beside_of
 from scenes.errors import ImageError
 from scenes.image import Bool, Float32, Float64
 
@@ -15,6 +17,7 @@ Bytes = NDArray[np.uint8]
 # Cynthia Brewer, ColorBrewer 2.0, "RdBu", 5 classes, reversed: safe for colour-blind readers.
 DIVERGING = ("#0571b0", "#92c5de", "#f7f7f7", "#f4a582", "#ca0020")
 NOT_JUDGED = "#3a3a3a"
+WITHIN_NOISE = "#bdbdbd"
 NOT_A_NUMBER = "#ff00ff"
 
 _DISPLAY_OF: dict[str, Display] = {
@@ -40,8 +43,11 @@ def write_pictures(
     error_scale: float,
     display: Display = "radiance",
     smoothing: float = 0.0,
+    significance: Significance | None = None,
 ) -> dict[str, str]:
     """Write `images/STEM-realtime.png`, `-truth.png` and `-error.png` under `folder`, one picture pixel an image pixel.
+
+    If it is known where the image is wrong beyond noise, write `-significance.png` as well.
 
     Parameters
     ----------
@@ -61,11 +67,13 @@ def write_pictures(
         How values become visible: see `visible`.
     smoothing : float
         Standard deviation in pixels of the Gaussian that averages the error map, for a truth whose pixels are noisy.
+    significance : Significance or None
+        Where `test` is wrong beyond the truth's noise, (H, W).
 
     Returns
     -------
     dict of str
-        `realtime`, `truth` and `error`: paths relative to `folder`.
+        `realtime`, `truth`, `error`, and `significance` if that is given: paths relative to `folder`.
 
     Raises
     ------
@@ -78,6 +86,8 @@ def write_pictures(
         "truth": _bytes(visible(truth, exposure, display), mask),
         "error": error_map(test, truth, mask, error_scale, smoothing),
     }
+    if significance is not None:
+        pictures["significance"] = significance_map(significance, mask, error_scale)
     (folder / "images").mkdir(parents=True, exist_ok=True)
     paths = {name: f"images/{stem}-{name}.png" for name in pictures}
     for name, pixels in pictures.items():
@@ -108,12 +118,28 @@ def error_map(test: Float32, truth: Float32, mask: Bool, error_scale: float, smo
         error = (test.astype(np.float64) - truth.astype(np.float64)).mean(axis=2)
     if smoothing > 0:
         error = _smoothed(error, mask, smoothing)
-    stops = np.array([_rgb(colour) for colour in DIVERGING], dtype=np.float64)
-    positions = np.linspace(-error_scale, error_scale, len(stops))
-    coloured = np.stack([np.interp(error, positions, stops[:, channel]) for channel in range(3)], axis=2)
+    coloured = _diverging(error, error_scale)
     coloured[~np.isfinite(error)] = _rgb(NOT_A_NUMBER)
     coloured[~mask] = _rgb(NOT_JUDGED)
     return _quantised(coloured)
+
+
+def significance_map(significance: Significance, mask: Bool, error_scale: float) -> Bytes:
+    """Colour the tiles that are wrong beyond noise by their mean error, as `error_map` does, (H, W, 3) bytes.
+
+    What shows no error beyond noise is light grey, unjudged pixels are dark grey.
+    """
+    coloured = _diverging(significance.signed, error_scale)
+    coloured[~significance.wrong] = _rgb(WITHIN_NOISE)
+    coloured[~mask] = _rgb(NOT_JUDGED)
+    return _quantised(coloured)
+
+
+def _diverging(error: Float64, scale: float) -> Float64:
+    """(H, W, 3) colours in [0, 255] of errors (H, W), the outermost from +-`scale` on."""
+    stops = np.array([_rgb(colour) for colour in DIVERGING], dtype=np.float64)
+    positions = np.linspace(-scale, scale, len(stops))
+    return np.stack([np.interp(error, positions, stops[:, channel]) for channel in range(3)], axis=2)
 
 
 def _smoothed(error: Float64, mask: Bool, sigma: float) -> Float64:
@@ -160,4 +186,5 @@ def _validate(test: Float32, truth: Float32, mask: Bool, error_scale: float) -> 
 def _save(path: Path, pixels: Bytes) -> None:
     from PIL import Image as Picture
 
-    Picture.fromarray(pixels).save(path, optimize=True)
+    with beside_of(path) as beside:
+        Picture.fromarray(pixels).save(beside, format="PNG", optimize=True)

@@ -7,12 +7,13 @@ from typing import Any
 
 from comparisons.report.glance import Glance, glances_of
 from comparisons.report.numbers import (
-    NARROW_SPACE,
+    MISSING,
     UNBROKEN,
     format_bound,
     format_interval,
     format_metric,
     format_number,
+    format_percent,
     format_seconds,
 )
 from comparisons.report.pictures import display_of
@@ -20,8 +21,8 @@ from scenes.errors import InputError
 
 SCHEMA = 1
 PARITY = frozenset({"depth", "normal", "coverage", "albedo"})
-SEVERITY = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3}
-GLYPHS = {"ERROR": "!", "FAIL": "✕", "INCONCLUSIVE": "?", "PASS": "✓"}
+SEVERITY = {"ERROR": 0, "FAIL": 1, "REGRESSED": 2, "INCONCLUSIVE": 3, "PASS": 4}
+GLYPHS = {"ERROR": "!", "FAIL": "✕", "REGRESSED": "↗", "INCONCLUSIVE": "?", "PASS": "✓"}
 
 BAR_LENGTH = 96
 BAR_BUDGET = 64
@@ -42,11 +43,15 @@ class Bar:
 
 @dataclass(frozen=True)
 class CriterionView:
-    """One criterion in words; `use` is the share of the budget that the error takes, above 1 when it exceeds it."""
+    """One criterion in words; `use` is the share of the budget that the error takes, above 1 when it exceeds it.
+
+    `accepted` is what was last accepted and how that has changed; empty where nothing was.
+    """
 
     metric: str
     value: str
     interval: str
+    accepted: str
     bound: str
     verdict: str
     reason: str
@@ -57,7 +62,7 @@ class CriterionView:
 
 @dataclass(frozen=True)
 class CheckView:
-    """One check in words. `raw` are its results as they stand."""
+    """One check in words. `raw` are its results as they stand; if `tested`, there is a picture of significance."""
 
     anchor: str
     raw: Results
@@ -71,6 +76,8 @@ class CheckView:
     scale: str
     below: str
     above: str
+    tested: bool
+    significance: str
     limits: tuple[str, ...]
 
 
@@ -123,11 +130,15 @@ def sentence_of(views: Sequence[CheckView]) -> str:
     if not views:
         return "No check was run, so nothing is known."
     failing = [view for view in views if view.verdict == "FAIL"]
+    regressed = [view for view in views if view.verdict == "REGRESSED"]
     passing = [view for view in views if view.verdict == "PASS"]
     total = f"{len(views)} check{'' if len(views) == 1 else 's'}"
     if failing:
         verb = "exceeds its" if len(failing) == 1 else "exceed their"
         return f"{len(failing)} of {total} {verb} budget: worst is {_extreme(failing)}."
+    if regressed:
+        verb = "has" if len(regressed) == 1 else "have"
+        return f"{len(regressed)} of {total} {verb} regressed within the budget: worst is {_extreme(regressed)}."
     if len(passing) < len(views):
         return f"{len(passing)} of {total} {'holds its' if len(passing) == 1 else 'hold their'} budget."
     if len(views) == 1:
@@ -137,6 +148,8 @@ def sentence_of(views: Sequence[CheckView]) -> str:
 
 def _rest_of(counts: Mapping[str, int]) -> str:
     texts = []
+    if counts["FAIL"] and (regressed := counts["REGRESSED"]):
+        texts.append(f"{regressed} {'has' if regressed == 1 else 'have'} regressed within the budget.")
     if undecided := counts["INCONCLUSIVE"]:
         verb = "is" if undecided == 1 else "are"
         texts.append(f"{undecided} {verb} undecided: the truth is not certain enough for the budget.")
@@ -186,7 +199,10 @@ def _check_of(number: int, raw: Results) -> CheckView:
             f"Check {number} of these results lacks {', '.join(missing) or 'a known verdict'}; a check needs an id, a "
             f"scene, a technique, a quantity, and a verdict out of {', '.join(SEVERITY)}. Run the checks again."
         )
-    criteria = tuple(_criterion_of(criterion, raw.get("unit") or "") for criterion in raw.get("criteria") or [])
+    criteria = tuple(
+        _criterion_of(criterion, raw.get("unit") or "", raw.get("accepted") or {})
+        for criterion in raw.get("criteria") or []
+    )
     limits = (raw.get("card") or {}).get("limits") or ()
     radiance = display_of(raw["quantity"]) == "radiance"
     return CheckView(
@@ -204,6 +220,8 @@ def _check_of(number: int, raw: Results) -> CheckView:
         scale=format_number(raw.get("error_scale"), trim=True),
         below="too dark" if radiance else "too small",
         above="too bright" if radiance else "too large",
+        tested="significance" in (raw.get("images") or {}),
+        significance=_significance(raw.get("significance")),
         limits=(limits,) if isinstance(limits, str) else tuple(limits),
     )
 
@@ -214,12 +232,13 @@ def _headline(verdict: str, criteria: Sequence[CriterionView]) -> CriterionView 
     return max(deciding, key=_use_of, default=None)
 
 
-def _criterion_of(raw: Results, unit: str) -> CriterionView:
+def _criterion_of(raw: Results, unit: str, accepted: Results) -> CriterionView:
     metric, low, high = raw["metric"], raw.get("min"), raw.get("max")
     return CriterionView(
         metric=metric,
         value=format_metric(metric, raw.get("value"), unit),
         interval=format_interval(metric, raw.get("low"), raw.get("high")),
+        accepted=_accepted(raw, unit, accepted),
         bound=format_bound(metric, low, high, unit),
         verdict=raw["verdict"],
         reason=raw.get("reason") or "",
@@ -227,6 +246,17 @@ def _criterion_of(raw: Results, unit: str) -> CriterionView:
         use=budget_use(raw.get("value"), low, high),
         bar=_bar(raw),
     )
+
+
+def _accepted(raw: Results, unit: str, accepted: Results) -> str:
+    """What was accepted for a criterion, and the factor from there to the error now."""
+    measured = (accepted.get("criteria") or {}).get(raw["metric"])
+    if not measured:
+        return ""
+    text = f"accepted {format_metric(raw['metric'], measured[0], unit)} on {accepted.get('date')}"
+    if raw.get("value") is None or measured[0] == 0:
+        return text
+    return f"{text}, now × {format_number(abs(raw['value'] / measured[0]))}"
 
 
 def _bar(raw: Results) -> Bar | None:
@@ -238,12 +268,12 @@ def _bar(raw: Results) -> Bar | None:
     ends = sorted(use if end is None else end for end in measured)
     if low is not None and high is not None and _straddles(raw, (low + high) / 2):
         ends[0] = 0.0
-    spread = f", interval {_percent(ends[0])} to {_percent(ends[1])}" if ends[0] < ends[1] else ""
+    spread = f", interval {format_percent(ends[0])} to {format_percent(ends[1])}" if ends[0] < ends[1] else ""
     return Bar(
         value=_length(use),
         low=_length(ends[0]),
         high=_length(ends[1]),
-        label=f"The error takes {_percent(use)} of its budget{spread}.",
+        label=f"The error takes {format_percent(use)} of its budget{spread}.",
         overflow=f"{format_number(use)}×" if use * BAR_BUDGET > BAR_LENGTH else "",
     )
 
@@ -255,10 +285,6 @@ def _straddles(raw: Results, middle: float) -> bool:
 
 def _length(use: float) -> float:
     return round(min(use * BAR_BUDGET, BAR_LENGTH), 2)
-
-
-def _percent(share: float) -> str:
-    return f"{format_number(100 * share)}{NARROW_SPACE}%"
 
 
 def _shown(raw: Results) -> str:
@@ -273,6 +299,14 @@ def _shown(raw: Results) -> str:
         white = format_number(1 / exposure if exposure else None, trim=True)
         return f"Black is 0, white is {white} {raw.get('unit') or 'scene units'}."
     return f"Tone-mapped for display at exposure × {format_number(exposure)}; the metrics see linear values."
+
+
+def _significance(raw: Results | None) -> str:
+    """How much of an image is wrong beyond noise, in words."""
+    if raw is None:
+        return MISSING
+    share, rate = (format_percent(raw.get(key), trim=True) for key in ("share", "false_discovery_rate"))
+    return f"{share} of the judged pixels, at a false discovery rate of {rate}"
 
 
 def _setting(value: bool | int | float | str) -> str:

@@ -83,7 +83,7 @@ def test_the_result_repeats_the_criterion() -> None:
 
 
 def test_the_worst_verdict_wins() -> None:
-    order = [Verdict.PASS, Verdict.INCONCLUSIVE, Verdict.FAIL, Verdict.ERROR]
+    order = [Verdict.PASS, Verdict.INCONCLUSIVE, Verdict.REGRESSED, Verdict.FAIL, Verdict.ERROR]
     for rank, verdict in enumerate(order):
         assert worst(order[: rank + 1]) is verdict
         assert worst(reversed(order[: rank + 1])) is verdict

@@ -12,17 +12,27 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image as Picture
 
-from comparisons.report import display_of, write_pictures, write_report
+from comparisons.gate import Verdict
+from comparisons.report import display_of, view, write_pictures, write_report
 from comparisons.report.numbers import (
     format_bound,
     format_count,
     format_interval,
     format_metric,
     format_number,
+    format_percent,
     format_seconds,
 )
-from comparisons.report.pictures import DIVERGING, NOT_A_NUMBER, NOT_JUDGED, error_map
-from comparisons.report.view import BAR_BUDGET, BAR_LENGTH, budget_use, page_of
+from comparisons.report.pictures import (
+    DIVERGING,
+    NOT_A_NUMBER,
+    NOT_JUDGED,
+    WITHIN_NOISE,
+    error_map,
+    significance_map,
+)
+from comparisons.report.view import BAR_BUDGET, BAR_LENGTH, GLYPHS, SEVERITY, budget_use, page_of
+from comparisons.significance import Significance
 from scenes.errors import ImageError, InputError
 
 SCALE = 0.25
@@ -64,8 +74,9 @@ def check(**changes: Any) -> dict[str, Any]:
         "seconds": {"realtime": 0.00184, "reference": 12.41},
         "skipped": [{"what": "visibility pass", "why": "the character is convex"}],
         "integrator": {"name": "indirect_only", "why": "direct light would add noise"},
-        "images": {name: f"images/room-{name}.png" for name in ("realtime", "truth", "error")},
+        "images": {name: f"images/room-{name}.png" for name in ("realtime", "truth", "error", "significance")},
         "error_scale": 0.024,
+        "significance": {"share": 0.62, "false_discovery_rate": 0.05, "tiles": 120},
         "unit": "W/(m² sr)",
         "exposure_display": 1.52,
         "card": {
@@ -76,6 +87,12 @@ def check(**changes: Any) -> dict[str, Any]:
         },
         "cached": True,
         "rerun": "lightgauge run room -k irradiance",
+        "accepted": {
+            "date": "2026-01-02",
+            "reason": "Measured with the first release.",
+            "criteria": {"nrmse": [0.0725, 0.07, 0.075], "energy_bias": [0.01, 0.005, 0.015], "flip": [0.0, 0.0, 0.0]},
+        },
+        "slack": "budget slack: flip fell far.",
     } | changes
 
 
@@ -115,6 +132,7 @@ def test_the_page_shows_every_number_reason_and_explanation(tmp_path: Path) -> N
         *("Ramamoorthi 2001", "Nine coefficients.", "One position.", "lightgauge run room -k irradiance"),
         *(format_count(16384), format_seconds(0.00184), format_seconds(12.41), "stored", "exposure × 1.52"),
         *("−0.024", "+0.024", "W/(m² sr)", "llvmpipe", "3f9c1ab27d", "2026-01-14 09:12:44", "3\u202fmin 12\u202fs"),
+        *("Wrong beyond noise", "62\u202f% of the judged pixels, at a false discovery rate of 5\u202f%"),
     ):
         assert text in shown
 
@@ -170,6 +188,33 @@ def test_missing_values_are_dashes(tmp_path: Path) -> None:
     assert "<img" not in shown
 
 
+def test_a_check_that_was_not_tested_beyond_noise_has_three_pictures(tmp_path: Path) -> None:
+    images = {name: path for name, path in check()["images"].items() if name != "significance"}
+    exact = page_text(tmp_path, results(check(images=images, significance=None)))
+    assert "<figcaption>Wrong beyond noise" not in exact
+    assert "shows no error beyond noise" not in exact
+    assert exact.count("<figure") == 3
+
+
+def test_a_picture_of_significance_without_its_share_has_a_dash(tmp_path: Path) -> None:
+    older = check()
+    del older["significance"]
+    shown = page_text(tmp_path, results(older))
+    assert shown.count("<figure") == 4
+    assert '<p class="under">–</p>' in shown
+
+
+def test_the_glance_tells_the_share_of_the_worst_scene() -> None:
+    def scene(name: str, value: float, **changes: Any) -> dict[str, Any]:
+        return check(scene=name, criteria=[criterion(value=value)], **changes)
+
+    share = {"share": 0.625, "false_discovery_rate": 0.05, "tiles": 9}
+    rows = page_of(results(scene("mild", 0.01), scene("bad", 0.07, significance=share))).glances
+    assert [(row.where, row.wrong) for row in rows] == [("bad", "62.5\u202f%")]
+    rows = page_of(results(scene("mild", 0.01), scene("bad", 0.07, significance=None))).glances
+    assert [(row.where, row.wrong) for row in rows] == [("bad", "–")]
+
+
 def test_a_check_with_only_its_identity_is_shown(tmp_path: Path) -> None:
     keys = ("id", "scene", "technique", "quantity")
     least = {key: check()[key] for key in keys} | {"verdict": "ERROR"}
@@ -209,6 +254,40 @@ def test_the_worst_failure_is_the_one_furthest_beyond_its_budget() -> None:
     assert page.rest.startswith("1 is undecided")
     assert page.rest.endswith("1 could not be judged.")
     assert page.counts == (("ERROR", 1), ("FAIL", 2), ("INCONCLUSIVE", 1), ("PASS", 1))
+
+
+def test_a_regression_is_told_after_failures_and_before_what_is_undecided() -> None:
+    risen = criterion(value=0.05, verdict="REGRESSED")
+    regressed = check(scene="risen", verdict="REGRESSED", criteria=[criterion("flip", 0.0799), risen])
+    page = page_of(results(check(), check(verdict="INCONCLUSIVE"), regressed))
+    assert page.verdict == "REGRESSED"
+    assert page.sentence.startswith("1 of 3 checks has regressed within the budget: worst is risen with")
+    assert page.sentence.endswith("nrmse 5.00\u202f% against ≤ 8\u202f%.")
+    assert page.rest.startswith("1 is undecided")
+    assert page.counts == (("REGRESSED", 1), ("INCONCLUSIVE", 1), ("PASS", 1))
+    failed = check(verdict="FAIL", criteria=[criterion(value=0.1, verdict="FAIL")])
+    page = page_of(results(failed, regressed, regressed))
+    assert page.verdict == "FAIL"
+    assert page.sentence.startswith("1 of 3 checks exceeds its budget")
+    assert page.rest == "2 have regressed within the budget."
+
+
+def test_what_was_accepted_stands_beside_what_is_measured(tmp_path: Path) -> None:
+    shown = page_text(tmp_path, results(check()))
+    assert "accepted 7.25\u202f% on 2026-01-02, now × 1.01" in shown
+    assert "accepted 1.00\u202f% on 2026-01-02, now × 1.20" in shown
+    assert "<small>accepted 0 on 2026-01-02</small>" in shown
+    assert "on 2026-01-02: Measured with the first release." in shown
+    assert '<p class="slack">budget slack: flip fell far.</p>' in shown
+    assert "accepted" not in page_text(tmp_path, results(check(accepted=None, slack="")))
+
+
+def test_every_verdict_has_a_rank_a_glyph_and_colours() -> None:
+    verdicts = {str(verdict) for verdict in Verdict}
+    style = (Path(view.__file__).parent / "templates" / "style.css").read_text(encoding="utf-8")
+    assert set(SEVERITY) == set(GLYPHS) == verdicts
+    assert list(SEVERITY) == [str(verdict) for verdict in reversed(Verdict)]
+    assert all(f"{kind}{verdict}" in style for verdict in verdicts for kind in (".badge.", "svg.", "h1."))
 
 
 def test_parity_checks_are_apart_and_open_only_when_they_need_attention(tmp_path: Path) -> None:
@@ -280,6 +359,9 @@ def test_numbers() -> None:
     assert format_metric("rms", 0.002, "m") == "0.00200\u202fm"
     assert format_interval("nrmse", 0.0691, 0.0778) == "[6.91, 7.78]"
     assert format_interval("rms", 0.1, 0.1) == "exact"
+    assert format_percent(0.6234) == "62.3\u202f%"
+    assert format_percent(0.62, trim=True) == "62\u202f%"
+    assert format_percent(None) == "–"
     assert format_bound("nrmse", None, 0.08) == "≤ 8\u202f%"
     assert format_bound("energy_bias", -0.04, 0.04) == "−4\u202f% to 4\u202f%"
     assert format_seconds(0.00000034) == "0.340\u202fµs"
@@ -339,6 +421,19 @@ def test_too_dark_is_bluer_and_too_bright_is_redder() -> None:
     assert bright[0] > bright[2]
 
 
+def significance_of(signed: list[float], wrong: list[bool]) -> Significance:
+    return Significance(np.array([wrong]), np.array([signed]), share=0.5, tiles=2)
+
+
+def test_significant_tiles_have_the_colours_of_the_error_map() -> None:
+    """One that is wrong by nothing to speak of is white, and still unlike what shows no error."""
+    found = significance_of([-SCALE, -SCALE / 2, 0, SCALE / 2, 5 * SCALE, 0, 0], [True] * 5 + [False] * 2)
+    mask = np.array([[True] * 6 + [False]])
+    coloured = significance_map(found, mask, SCALE)[0].tolist()
+    assert coloured == [colour(text) for text in (*DIVERGING, WITHIN_NOISE, NOT_JUDGED)]
+    assert len({*DIVERGING, WITHIN_NOISE, NOT_JUDGED}) == 7
+
+
 def read(path: Path) -> NDArray[np.uint8]:
     with Picture.open(path) as picture:
         return np.asarray(picture.convert("RGB"))
@@ -352,6 +447,15 @@ def test_pictures_are_written_where_their_paths_say(tmp_path: Path) -> None:
     # IEC 61966-2-1: a linear quarter has the sRGB code 137.
     assert read(tmp_path / paths["truth"])[0].tolist() == [[0, 0, 0], [137, 137, 137]]
     assert read(tmp_path / paths["error"])[0].tolist() == [colour(DIVERGING[2]), colour(DIVERGING[-1])]
+
+
+def test_the_picture_of_significance_is_written_on_demand(tmp_path: Path) -> None:
+    found = significance_of([SCALE, 0], [True, False])
+    image, mask = grey(1, 1), np.ones((1, 2), bool)
+    paths = write_pictures(tmp_path, "room", image, image, mask, 1.0, SCALE, significance=found)
+    assert list(paths) == ["realtime", "truth", "error", "significance"]
+    assert paths["significance"] == "images/room-significance.png"
+    assert read(tmp_path / paths["significance"])[0].tolist() == [colour(DIVERGING[-1]), colour(WITHIN_NOISE)]
 
 
 @pytest.mark.parametrize(

@@ -94,7 +94,7 @@ def test_the_results_of_a_run_have_the_keys_that_readers_rely_on(after_a_run: Pa
     results = json.loads(text, parse_constant=no_constants)
     assert results["schema"] == 1
     assert {"environment", "started", "seconds", "counts", "store_note", "checks"} <= set(results)
-    assert results["counts"] == {"PASS": 5, "INCONCLUSIVE": 0, "FAIL": 0, "ERROR": 0}
+    assert results["counts"] == {"PASS": 5, "INCONCLUSIVE": 0, "REGRESSED": 0, "FAIL": 0, "ERROR": 0}
     assert results["seconds"] > 0
     assert results["environment"]["mitsuba"].count(".") == 2
     assert "OpenGL" in results["environment"]["gl_renderer"]
@@ -118,7 +118,7 @@ def test_every_skip_has_a_reason(after_a_run: Path) -> None:
 def test_verdicts_are_counted() -> None:
     of = [replace(BARE, verdict=verdict) for verdict in (Verdict.PASS, Verdict.PASS, Verdict.FAIL)]
     results = results_json(of, "2024-01-01T00:00:00+00:00", 1.5, ["one.", "two."])
-    assert results["counts"] == {"PASS": 2, "INCONCLUSIVE": 0, "FAIL": 1, "ERROR": 0}
+    assert results["counts"] == {"PASS": 2, "INCONCLUSIVE": 0, "REGRESSED": 0, "FAIL": 1, "ERROR": 0}
     assert results["store_note"] == "one. two."
     assert results_json([], "", 0.0, [])["store_note"] is None
 

@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from comparisons.statistics import (
-    FIREFLY_PIXELS,
+    effective_count,
     firefly_note,
-    normal_quantile,
     squared_errors,
     student_quantile,
 )
@@ -20,9 +21,8 @@ def pairwise(differences: Float64) -> Float64:
 
 
 def test_quantiles_are_those_of_the_tables() -> None:
-    assert normal_quantile(0.025) == pytest.approx(1.959964, abs=1e-6)
     assert student_quantile(0.025, 15) == pytest.approx(2.131450, abs=1e-6)
-    assert student_quantile(0.01, 10**8) == pytest.approx(normal_quantile(0.01), abs=1e-6)
+    assert student_quantile(0.025, np.inf) == pytest.approx(1.959964, abs=1e-6)
 
 
 def test_estimate_is_the_mean_over_pairs() -> None:
@@ -57,13 +57,39 @@ def test_standard_error_matches_the_spread_over_repetitions(error: float) -> Non
     assert claimed == pytest.approx(spread, rel=0.2)
 
 
-def test_even_variance_is_no_firefly() -> None:
-    assert firefly_note(np.ones(1000)) == ""
-    assert firefly_note(np.ones(20)) == ""
-    assert firefly_note(np.zeros(1000)) == ""
+@given(st.integers(1, 50), st.floats(0.1, 10.0), st.integers(0, 50))
+def test_equal_contributions_count_as_many_as_they_are(count: int, size: float, nothing: int) -> None:
+    assert effective_count(np.array([size] * count + [0.0] * nothing)) == pytest.approx(count)
 
 
-def test_few_pixels_with_most_variance_are_fireflies() -> None:
-    variances = np.ones(1000)
-    variances[:FIREFLY_PIXELS] = 1000.0
-    assert "fireflies: 16 of 1000 pixels" in firefly_note(variances)
+def test_nothing_contributes_to_no_noise() -> None:
+    assert effective_count(np.zeros(5)) == np.inf
+    assert firefly_note(np.zeros((16, 20, 3))) == ""
+
+
+def test_even_noise_is_no_firefly() -> None:
+    assert firefly_note(np.random.default_rng(5).normal(size=(16, 100, 3))) == ""
+
+
+def test_few_samples_with_most_of_the_variance_are_fireflies() -> None:
+    deviations = np.random.default_rng(6).normal(size=(16, 1000, 3))
+    deviations[3, :12] = 1000.0
+    assert "rests on about 12 bright samples (64 are needed)" in firefly_note(deviations)
+
+
+def test_a_local_error_is_no_firefly() -> None:
+    """What counts is the noise of the truth, not where the image is wrong: the variance of its error is local too."""
+    rng = np.random.default_rng(7)
+    noise = rng.normal(size=(16, 400, 3))
+    local = np.zeros((400, 3))
+    local[:5] = 100.0
+    estimate = squared_errors(local + noise)
+    assert effective_count(estimate.variances) < 10
+    assert firefly_note(noise - noise.mean(axis=0)) == ""
+
+
+def test_an_interval_that_rests_on_few_pixels_is_wider() -> None:
+    rng = np.random.default_rng(8)
+    many, few = (squared_errors(1.0 + rng.normal(size=(16, pixels, 3))) for pixels in (4000, 12))
+    assert many.half_width(0.025) == pytest.approx(1.96 * many.standard_error_of_mean, rel=0.01)
+    assert few.half_width(0.025) > 2.1 * few.standard_error_of_mean
