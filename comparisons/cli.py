@@ -7,7 +7,8 @@ import sys
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
@@ -35,6 +36,7 @@ examples:
   lightgauge diff indirect.probe indirect.irradiance --scene small-room-knot   which one is better?
   lightgauge selftest                      would the checks notice a fault?
   lightgauge store --prune 1G              keep at most a gigabyte of truth
+  lightgauge calibrate                     are the error bars honest?
   lightgauge doctor                        can this machine render?
 
 exit status: 0 all checks pass, 1 a budget is exceeded or an error has regressed, 2 inconclusive, 3 bad input,
@@ -132,12 +134,49 @@ def _parser() -> argparse.ArgumentParser:
     accept.add_argument("run", nargs="?", metavar="RUN", type=Path, default=Path("report"), help="default: report")
     accept.add_argument("--reason", required=True, metavar="SENTENCE", help="why these errors are as they should be")
     keep_option(accept)
+    selftest = add(
+        "selftest",
+        _selftest,
+        "plant known faults in every image: would the checks notice them?",
+        "lightgauge selftest small-room-knot",
+    )
+    selftest.add_argument(
+        "scenes", nargs="*", metavar="SCENE", help="a name or a path to a TOML file; all shipped scenes if none"
+    )
+    keep_option(selftest)
+    diff = add(
+        "diff",
+        _diff,
+        "which of two techniques, settings or finished runs is closer to the truth?",
+        "lightgauge diff indirect.probe indirect.irradiance --scene small-room-knot\n"
+        "  lightgauge diff 'indirect.talk[c_height=0.0,fitted]' 'indirect.talk[c_height=7.0,fitted]' "
+        "--scene small-room-knot\n"
+        "  lightgauge diff report-before report-after",
+    )
+    for side in ("a", "b"):
+        diff.add_argument(side, metavar=side.upper(), help="TECHNIQUE, TECHNIQUE[setting=value,fitted], or a run")
+    diff.add_argument(
+        "--scene", metavar="SCENE", help="a name or a path to a TOML file; needed unless A and B are runs"
+    )
+    diff.add_argument("--metric", metavar="METRIC", default="nrmse", help="nrmse (default) or rel_mse_eps1e-2")
+    calibrate = add(
+        "calibrate",
+        _calibrate,
+        "measure how honest the error bars are, on truths that are known exactly (some minutes)",
+        "lightgauge calibrate -o docs/calibration.md",
+    )
+    calibrate.add_argument(
+        "-o", dest="file", metavar="FILE", type=Path, default=Path("calibration.md"), help="default: calibration.md"
+    )
+    calibrate.add_argument(
+        "--repetitions", metavar="N", type=int, default=200, help="of each simulated experiment; default: 200"
+    )
     doctor = add("doctor", _doctor, "can this machine render?", "lightgauge doctor")
     store = add("store", _store, "what the store of truth holds; prune or merge it", "lightgauge store --prune 500M")
     change = store.add_mutually_exclusive_group()
     change.add_argument("--prune", metavar="SIZE", help="remove what was used least recently until it fits, e.g. 500M")
     change.add_argument("--merge", metavar="FOLDER", type=Path, help="take over what another store holds")
-    for parser_with_store in (run, doctor, store):
+    for parser_with_store in (run, diff, selftest, calibrate, doctor, store):
         parser_with_store.add_argument(
             "--store",
             metavar="FOLDER",
@@ -248,6 +287,61 @@ def _report(options: argparse.Namespace) -> int:
     folder, results = read_run(options.run)
     print(write_report(folder, results))
     return 0
+
+
+def _selftest(options: argparse.Namespace) -> int:
+    from comparisons.commands.selftest import selftest_lines
+    from comparisons.doctor import require_writable
+    from comparisons.validate import validate
+    from reference.store import Store
+
+    requests = _requests(options)
+    validate(requests)
+    require_writable(options.store, "store", "--store")
+    warnings.filterwarnings("ignore", module="colour")
+    with _progress() as step:
+        lines, status = selftest_lines(requests, Store(options.store), step)
+    _say(lines)
+    return status
+
+
+def _diff(options: argparse.Namespace) -> int:
+    from comparisons.commands.diff import diff_lines
+    from comparisons.doctor import require_writable
+    from reference.store import Store
+
+    require_writable(options.store, "store", "--store")
+    warnings.filterwarnings("ignore", module="colour")
+    with _progress() as step:
+        lines, status = diff_lines(options.a, options.b, options.scene, options.metric, Store(options.store), step)
+    _say(lines)
+    return status
+
+
+def _calibrate(options: argparse.Namespace) -> int:
+    from comparisons.commands.calibrate import calibration_lines
+    from comparisons.doctor import require_writable
+    from reference.store import write_text
+
+    if options.repetitions < 2:
+        raise InputError(f"--repetitions is {options.repetitions}. At least 2 are needed, 200 are usual.")
+    require_writable(options.file.absolute().parent, "output folder", "-o")
+    require_writable(options.store, "store", "--store")
+    with _progress() as step:
+        lines = list(calibration_lines(options.store / "kernels", options.repetitions, step))
+    write_text(options.file, "\n".join([*lines, ""]))
+    _say(lines)
+    return 0
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str, float], None]]:
+    """What shows the steps of long work that has no checks to count."""
+    from comparisons.progress import Display
+    from comparisons.summary import line_of
+
+    with Interrupt() as interrupt, Display(1, line_of, print) as display:
+        yield interrupt.after(display.progress.step)
 
 
 def _accept(options: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ PARITY = (
         technique="raster.normal",
         criteria=(
             Criterion(metric="shift_px", max=0.01, reason="a hundredth of a pixel moves no radiance that matters"),
-            Criterion(metric="rms", max=0.01, reason=_GRID),
+            Criterion(metric="rms", max=0.0025, reason=_GRID),
         ),
     ),
     Check(

@@ -33,7 +33,7 @@ def prepare_folder(folder: Path) -> None:
 def with_pictures(folder: Path, store: Store, result: CheckResult) -> CheckResult:
     """Copy the pictures of a check from the store into the report's folder."""
     stem = "".join(c if c.isalnum() or c in "-_." else "-" for c in result.id)
-    images = {name: f"images/{stem}-{name}.png" for name in result.images}
+    images = {name: f"images/{stem}-{name}{Path(kept).suffix}" for name, kept in result.images.items()}
     for name, kept in result.images.items():
         shutil.copyfile(store.root / kept, folder / images[name])
     return replace(result, images=images)

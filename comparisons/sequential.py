@@ -14,6 +14,7 @@ import numpy as np
 
 from comparisons.gate import CriterionResult, Verdict, fit_exposure, judge, worst
 from comparisons.metrics import Samples, check_image, evaluate, metric_named
+from comparisons.statistics import student_quantile
 from reference.estimator import ACCUMULATORS, Truth
 from scenes.errors import RenderError, SceneError
 from scenes.image import Float32
@@ -86,25 +87,31 @@ def decide(check: Check, image: Float32, truth_at: Callable[[int], Truth], limit
     return Decision(truth, samples, exposed, exposure, tuple(results[i] for i in sorted(results)))
 
 
-def fixed_spp(criteria: Iterable[CriterionResult], spp: int) -> int:
-    """Samples a pixel of a truth that is rendered once and taken as exact, for the same certainty.
+def fixed_spp(criteria: Iterable[CriterionResult], spp: int, limit: int) -> int:
+    """Samples a pixel of a truth that is rendered once and taken as exact, for a verdict of the same certainty.
 
-    Compared with a plain mean squared error, the truth's noise counts as error: V / N for N samples a pixel. For that
-    to move no verdict it must be smaller than the distance between error and budget. This is the least such N, the
-    largest over the criteria that noise adds to in a known way; `spp` is what the sequential verdict took.
+    A plain mean squared error counts the truth's noise as error. With N samples a pixel it reads too much by V / N,
+    give or take its own half-width h at ALPHA_PER_SIDE; the verdict is certain if both together are less than the
+    distance D between error and bound. As h falls no faster than 1 / N, that takes at least N0 (V / N0 + h0) / D, with
+    V / N0 and h0 as they are at the N0 = `spp` samples that the sequential verdict took. The result is the largest over
+    the criteria that noise adds to, and `spp` at least.
     """
-    needed = [spp * _noise_over_distance(c) for c in criteria]
+    single_look = student_quantile(ALPHA_PER_SIDE, np.inf) / student_quantile(
+        ALPHA_PER_SIDE / len(looks(limit)), np.inf
+    )
+    needed = [spp * _noise_over_distance(c, single_look) for c in criteria]
     return max([spp, *(int(np.ceil(n)) for n in needed if np.isfinite(n))])
 
 
-def _noise_over_distance(result: CriterionResult) -> float:
-    """How often what the noise adds to a plain reading fits between the error and its nearest bound."""
+def _noise_over_distance(result: CriterionResult, single_look: float) -> float:
+    """How often what noise does to a plain reading fits between the error and its nearest bound."""
     power = metric_named(result.metric).noise_power
     if power is None or result.floor is None:
         return 0.0
-    bounds = [bound for bound in (result.min, result.max) if bound is not None]
-    distance = min(abs(abs(bound) ** power - result.value**power) for bound in bounds)
-    return result.floor**power / distance if distance > 0 else np.inf
+    value, high = result.value**power, result.high**power
+    bounds = [abs(bound) ** power for bound in (result.min, result.max) if bound is not None]
+    distance = min(abs(bound - value) for bound in bounds)
+    return (result.floor**power + single_look * (high - value)) / distance if distance > 0 else np.inf
 
 
 def _require_content(image: Float32, samples: Samples) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from comparisons.baseline import apply, read_accepted
 from comparisons.cache import CheckCache
 from comparisons.clamping import clamp_note
+from comparisons.difference import write_linear
 from comparisons.gate import CriterionResult, Verdict, spp_needed, worst
 from comparisons.metrics import Samples
 from comparisons.parity import QUANTITIES as PARITY_QUANTITIES
@@ -28,6 +29,7 @@ from reference.estimator import Reference
 from reference.quantities import quantity
 from reference.store import Store
 from scenes.errors import LightgaugeError, MachineError, NoCompiler, NoGraphics
+from scenes.image import Image
 from scenes.model import Check, Scene
 
 SMOOTHING_PX = 1.5
@@ -161,13 +163,13 @@ class _Runner:
         truth = decision.truth
         return replace(
             self._empty(check),
-            **self._shown(check, decision),
+            **self._shown(check, decision, rendering.image),
             verdict=decision.verdict,
             message=_advice(decision, scene.truth.max_spp),
             criteria=decision.criteria,
             exposure=decision.exposure,
             spp=truth.spp,
-            spp_fixed=fixed_spp(decision.criteria, truth.spp),
+            spp_fixed=fixed_spp(decision.criteria, truth.spp, scene.truth.max_spp),
             seconds={"realtime": rendering.seconds, "reference": truth.seconds},
             pass_seconds=rendering.pass_seconds,
             skipped=tuple(asdict(s) for s in rendering.skipped),
@@ -176,7 +178,7 @@ class _Runner:
             gl_renderer=rendering.image.provenance["renderer"],
         )
 
-    def _shown(self, check: Check, decision: Decision) -> dict[str, Any]:
+    def _shown(self, check: Check, decision: Decision, drawn: Image) -> dict[str, Any]:
         """The pictures, made from all samples at hand: a verdict is often clear long before an image is."""
         scene = self.request.scene
         truth = self.reference.at_hand(check.quantity, decision.truth.spp)
@@ -191,6 +193,8 @@ class _Runner:
         pictures = write_pictures(
             folder, "picture", decision.image, mean, truth.mask, exposure, scale, display, smoothing, tested
         )
+        if not truth.is_exact:
+            pictures["linear"] = write_linear(folder, "picture", drawn, scene)
         return {
             "significance": tested.summary if tested is not None else None,
             "images": {name: str((folder / path).relative_to(self.store.root)) for name, path in pictures.items()},

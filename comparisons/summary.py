@@ -6,7 +6,7 @@ from textwrap import indent
 
 from comparisons.baseline import notes_on
 from comparisons.gate import CriterionResult, Verdict
-from comparisons.report.numbers import format_bound, format_interval, format_metric
+from comparisons.report.numbers import format_bound, format_count, format_interval, format_metric
 from comparisons.result import CheckResult
 
 
@@ -39,5 +39,22 @@ def closing_lines(results: Sequence[CheckResult], notes: Sequence[str], page: Pa
                 said.add(result.message)
             yield f"  again: {result.rerun}"
     yield from notes_on(results)
+    yield from _saving(results)
     counts = ", ".join(f"{n} {v}" for v in Verdict if (n := sum(r.verdict is v for r in results)))
     yield f"{counts} in {seconds:.1f} s. Report: {page}"
+
+
+def _saving(results: Sequence[CheckResult]) -> Iterator[str]:
+    """Samples that sequential verdicts spared. Checks of one truth share it: the most that any of them took counts."""
+    spent: dict[tuple[str, str], tuple[int, int]] = {}
+    for r in results:
+        if r.spp and r.verdict in (Verdict.PASS, Verdict.FAIL, Verdict.REGRESSED):
+            used, fixed = spent.get((r.scene, r.quantity), (0, 0))
+            spent[r.scene, r.quantity] = max(used, r.spp), max(fixed, r.spp_fixed)
+    if spent:
+        used, fixed = (sum(column) for column in zip(*spent.values(), strict=True))
+        truths = f"{len(spent)} truth{'s' if len(spent) > 1 else ''}"
+        yield (
+            f"Verdicts took {format_count(used)} samples a pixel over {truths}; "
+            f"references of a fixed size, as certain, take {format_count(fixed)}: {fixed / used:.1f} times as many."
+        )

@@ -1,4 +1,4 @@
-"""The store seen from outside: what it holds, what is removed when it grows too large, what another store adds to it."""
+"""The store seen from outside: what it holds, what is removed when it grows too large, what another adds to it."""
 
 import json
 import os

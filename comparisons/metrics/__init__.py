@@ -31,30 +31,70 @@ __all__ = ["METRICS", "Estimate", "Metric", "Samples", "check_image", "evaluate"
 class Metric:
     """`unit` is "1" for a ratio, "quantity" for the unit of what is judged.
 
-    The truth's noise would add to the value raised to `noise_power` if nothing corrected for it; None if it would not.
+    `sees` names the faults of `comparisons.mutants` that a check by this metric has to notice. The truth's noise would
+    add to the value raised to `noise_power` if nothing corrected for it; None if it would not.
     """
 
     name: str
     unit: str
     summary: str
     function: Callable[[Float64, Samples], Estimate]
+    sees: frozenset[str]
     noise_power: int | None = None
 
+
+_ALL = frozenset({"gain", "shift", "flip_y", "missing_shadow", "gamma_twice", "black_tile", "nan_pixel"})
+
+_DIFFERENCES = _ALL - {"shift"}
+"""Differences pixel by pixel: a smooth image that is moved by a pixel hardly differs from itself."""
+
+_MEANS = _DIFFERENCES - {"flip_y"}
+"""A mean does not know where a value stands."""
+
+_STRUCTURE = _DIFFERENCES - {"gain"}
+"""SSIM takes the mean of a window almost out: it moves by 0.001 for an image that is 10 % too bright."""
+
+_PERCENTILE = _DIFFERENCES - {"missing_shadow", "black_tile"}
+"""What is wrong in fewer than one pixel in a hundred lies beyond the percentile."""
+
+_ALIGNMENT = frozenset({"shift", "flip_y", "nan_pixel"})
+"""Where things are, not what value they have."""
 
 METRICS = {
     metric.name: metric
     for metric in (
-        Metric("nrmse", "1", "root mean square error over the truth's mean, noise removed", nrmse, 2),
-        Metric("rel_mse_eps1e-2", "1", "mean squared error relative to each pixel's truth, noise removed", rel_mse, 1),
-        Metric("energy_bias", "1", "mean over the truth's mean, minus one: above 0 is too bright", energy_bias),
-        Metric("flip", "1", "mean FLIP error of the tone-mapped images", flip),
-        Metric("dssim_tonemapped", "1", "one minus SSIM of the tone-mapped images", dssim_tonemapped),
-        Metric("delta_e_itp", "JND", "mean HDR colour difference, display white at 203 cd/m²", delta_e_itp),
-        Metric("shift_px", "px", "length of the translation that aligns the images", shift_px),
-        Metric("rms", "quantity", "root mean square difference from an exact truth", rms),
-        Metric("rel_rms", "1", "root mean square difference over the root mean square of an exact truth", rel_rms),
-        Metric("p99_abs", "quantity", "99th percentile of the absolute difference from an exact truth", p99_abs),
-        Metric("max_abs", "quantity", "largest absolute difference from an exact truth", max_abs),
+        Metric("nrmse", "1", "root mean square error over the truth's mean, noise removed", nrmse, _DIFFERENCES, 2),
+        Metric(
+            "rel_mse_eps1e-2",
+            "1",
+            "mean squared error relative to each pixel's truth, noise removed",
+            rel_mse,
+            _DIFFERENCES,
+            1,
+        ),
+        Metric("energy_bias", "1", "mean over the truth's mean, minus one: above 0 is too bright", energy_bias, _MEANS),
+        Metric("flip", "1", "mean FLIP error of the tone-mapped images", flip, _DIFFERENCES),
+        Metric("dssim_tonemapped", "1", "one minus SSIM of the tone-mapped images", dssim_tonemapped, _STRUCTURE),
+        Metric(
+            "delta_e_itp", "JND", "mean HDR colour difference, display white at 203 cd/m²", delta_e_itp, _DIFFERENCES
+        ),
+        Metric("shift_px", "px", "length of the translation that aligns the images", shift_px, _ALIGNMENT),
+        Metric("rms", "quantity", "root mean square difference from an exact truth", rms, _DIFFERENCES),
+        Metric(
+            "rel_rms",
+            "1",
+            "root mean square difference over the root mean square of an exact truth",
+            rel_rms,
+            _DIFFERENCES,
+        ),
+        Metric(
+            "p99_abs",
+            "quantity",
+            "99th percentile of the absolute difference from an exact truth",
+            p99_abs,
+            _PERCENTILE,
+        ),
+        Metric("max_abs", "quantity", "largest absolute difference from an exact truth", max_abs, _DIFFERENCES),
     )
 }
 

@@ -30,7 +30,7 @@ def without_origin(folder: Path) -> list[dict[str, Any]]:
 
 
 def exr_times(folder: Path) -> dict[Path, int]:
-    return {path: path.stat().st_mtime_ns for path in (folder / ".lightgauge").rglob("*.exr")}
+    return {path: path.stat().st_mtime_ns for path in (folder / ".lightgauge").rglob("[be]*.exr")}
 
 
 def is_cached(folder: Path) -> list[bool]:

@@ -104,7 +104,8 @@ def test_the_results_of_a_run_have_the_keys_that_readers_rely_on(after_a_run: Pa
         assert all(set(criterion) == CRITERION_KEYS for criterion in check["criteria"])
         assert set(check["seconds"]) == {"realtime", "reference"}
         assert all((after_a_run / "report" / path).is_file() for path in check["images"].values())
-        assert set(check["images"]) == {"realtime", "truth", "error"}
+        linear = {"linear"} if check["quantity"] == "indirect_radiance" else set()
+        assert set(check["images"]) == {"realtime", "truth", "error"} | linear
         assert json.loads(json.dumps(CheckResult.from_json(check).to_json())) == check
 
 

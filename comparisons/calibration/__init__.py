@@ -1,0 +1,1 @@
+"""Are the error bars honest? Measured on truths that are known exactly."""
