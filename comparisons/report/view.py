@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from comparisons.metrics import METRICS
 from comparisons.report.glance import Glance, glances_of
 from comparisons.report.numbers import (
     MISSING,
@@ -45,13 +46,15 @@ class Bar:
 class CriterionView:
     """One criterion in words; `use` is the share of the budget that the error takes, above 1 when it exceeds it.
 
-    `accepted` is what was last accepted and how that has changed; empty where nothing was.
+    `accepted` is what was last accepted and how that has changed; empty where nothing was. `floor` is what the noise of
+    the truth reads by itself; empty where it is removed or cannot add.
     """
 
     metric: str
     value: str
     interval: str
     accepted: str
+    floor: str
     bound: str
     verdict: str
     reason: str
@@ -239,6 +242,7 @@ def _criterion_of(raw: Results, unit: str, accepted: Results) -> CriterionView:
         value=format_metric(metric, raw.get("value"), unit),
         interval=format_interval(metric, raw.get("low"), raw.get("high")),
         accepted=_accepted(raw, unit, accepted),
+        floor=_floor(raw, unit),
         bound=format_bound(metric, low, high, unit),
         verdict=raw["verdict"],
         reason=raw.get("reason") or "",
@@ -246,6 +250,13 @@ def _criterion_of(raw: Results, unit: str, accepted: Results) -> CriterionView:
         use=budget_use(raw.get("value"), low, high),
         bar=_bar(raw),
     )
+
+
+def _floor(raw: Results, unit: str) -> str:
+    """What two truths differ by, for the metrics that cannot tell their noise from an error."""
+    metric = raw["metric"]
+    removed = metric in METRICS and METRICS[metric].noise_power is not None
+    return "" if raw.get("floor") is None or removed else f"noise reads {format_metric(metric, raw['floor'], unit)}"
 
 
 def _accepted(raw: Results, unit: str, accepted: Results) -> str:

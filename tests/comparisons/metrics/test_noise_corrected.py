@@ -63,9 +63,7 @@ def test_the_truth_lies_in_the_decision_interval(metric: str, error: float, nois
     assert all(estimate.low <= estimate.value <= estimate.high for estimate in estimates)
 
 
-@pytest.mark.parametrize(
-    ("metric", "level"), [("nrmse", 2.326), ("rel_mse_eps1e-2", 2.326), ("energy_bias", 2.602)]
-)
+@pytest.mark.parametrize(("metric", "level"), [("nrmse", 2.326), ("rel_mse_eps1e-2", 2.326), ("energy_bias", 2.602)])
 def test_the_interval_is_no_wider_than_it_must_be(metric: str, level: float, noisy: Noisy) -> None:
     """The half-width over its level (z, or Student's t for 15 degrees) is the spread over repetitions."""
     image = TRUTH + 0.08 * PATTERN
