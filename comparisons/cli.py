@@ -340,7 +340,7 @@ def _progress() -> Iterator[Callable[[str, float], None]]:
     from comparisons.progress import Display
     from comparisons.summary import line_of
 
-    with Interrupt() as interrupt, Display(1, line_of, print) as display:
+    with Interrupt() as interrupt, Display(0, line_of, print) as display:
         yield interrupt.after(display.progress.step)
 
 

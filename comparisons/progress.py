@@ -15,7 +15,10 @@ PLAIN_EVERY_SECONDS = 10.0
 
 
 class Display(AbstractContextManager["Display"]):
-    """Shows `total` checks being finished. Use `progress` as the suite's callbacks within the `with` block."""
+    """Shows `total` checks being finished, or with 0 just the steps of other long work.
+
+    Use `progress` as the suite's callbacks within the `with` block.
+    """
 
     def __init__(self, total: int, line_of: Callable[[CheckResult], str], write: Callable[[str], None]) -> None:
         self.total = total
@@ -37,13 +40,13 @@ class Display(AbstractContextManager["Display"]):
             from rich.progress import Progress as Bar
 
             columns = (
-                MofNCompleteColumn(),
+                *([MofNCompleteColumn()] if self.total else []),
                 BarColumn(),
                 TimeElapsedColumn(),
                 TextColumn("{task.description}", markup=False),
             )
             self._bar = Bar(*columns, console=Console(stderr=True), transient=True)
-            self._task = self._bar.add_task("", total=self.total)
+            self._task = self._bar.add_task("", total=self.total or 1)
             self._bar.start()
         return self
 
@@ -60,12 +63,16 @@ class Display(AbstractContextManager["Display"]):
         now = time.monotonic()
         if now - self._last >= PLAIN_EVERY_SECONDS:
             self._last = now
-            self._write(f"[{self.done}/{self.total}] {what}, {fraction:.0%}")
+            self._write(f"{self._count}{what}, {fraction:.0%}")
+
+    @property
+    def _count(self) -> str:
+        return f"[{self.done}/{self.total}] " if self.total else ""
 
     def _finished(self, result: CheckResult) -> None:
         self.done += 1
         self._last = time.monotonic()
-        line = f"[{self.done}/{self.total}] {self._line_of(result)}"
+        line = f"{self._count}{self._line_of(result)}"
         if self._bar is not None:
             self._bar.update(self._task, completed=self.done)
             self._bar.console.print(line, markup=False, highlight=False)

@@ -118,10 +118,3 @@ def firefly_note(deviations: Float64) -> str:
         f"fireflies: the noise of the truth rests on about {events:.0f} bright samples ({LEAST_EVENTS} are needed), so "
         "the interval cannot be trusted; clamp the samples, or remove the light paths that cause them"
     )
-
-
-def normal_quantile(alpha: float) -> float:
-    """How many standard errors a normal estimate exceeds with probability `alpha`."""
-    from scipy.special import ndtri
-
-    return -float(ndtri(alpha))

@@ -21,6 +21,7 @@ from comparisons.metrics.rel_mse import rel_mse
 from comparisons.metrics.rms import rel_rms, rms
 from comparisons.metrics.sample import Estimate, Samples
 from comparisons.metrics.shift_px import shift_px
+from comparisons.metrics.signed_bias import signed_bias
 from scenes.errors import ImageError, InputError
 from scenes.image import Float64
 
@@ -73,6 +74,7 @@ METRICS = {
             1,
         ),
         Metric("energy_bias", "1", "mean over the truth's mean, minus one: above 0 is too bright", energy_bias, _MEANS),
+        Metric("signed_bias", "quantity", "mean difference: above 0 is too large", signed_bias, _MEANS),
         Metric("flip", "1", "mean FLIP error of the tone-mapped images", flip, _DIFFERENCES),
         Metric("dssim_tonemapped", "1", "one minus SSIM of the tone-mapped images", dssim_tonemapped, _STRUCTURE),
         Metric(

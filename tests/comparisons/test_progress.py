@@ -52,6 +52,14 @@ def test_a_long_step_is_heard_of_from_time_to_time(result: CheckResult, clock: C
     assert lines == ["[0/2] tracing, 10%", "[0/2] tracing, 20%", "[1/2] done"]
 
 
+def test_work_without_checks_counts_none(clock: Callable[[float], None]) -> None:
+    lines: list[str] = []
+    with Display(0, lambda r: "done", lines.append) as display:
+        clock(PLAIN_EVERY_SECONDS)
+        display.progress.step("planting faults", 0.5)
+    assert lines == ["planting faults, 50%"]
+
+
 def test_on_a_terminal_finished_lines_stay_above_the_bar(result: CheckResult, monkeypatch: pytest.MonkeyPatch) -> None:
     terminal, lines = Terminal(), list[str]()
     monkeypatch.setattr(sys, "stderr", terminal)

@@ -48,7 +48,7 @@ def test_naive_nrmse_would_be_biased(noisy: Noisy) -> None:
     assert estimate.value < 0.03 < naive
 
 
-@pytest.mark.parametrize("metric", ["nrmse", "rel_mse_eps1e-2", "energy_bias"])
+@pytest.mark.parametrize("metric", ["nrmse", "rel_mse_eps1e-2", "energy_bias", "signed_bias"])
 @pytest.mark.parametrize(("error", "noise"), [(0.0, 0.3), (0.05, 0.3), (0.3, 0.05)])
 def test_the_truth_lies_in_the_decision_interval(metric: str, error: float, noise: float, noisy: Noisy) -> None:
     """Each side may be missed with probability 0.1 %: 4 misses in 200 would happen once in 1000 tests."""
@@ -57,13 +57,16 @@ def test_the_truth_lies_in_the_decision_interval(metric: str, error: float, nois
         "nrmse": true_nrmse(image),
         "rel_mse_eps1e-2": true_rel_mse(image),
         "energy_bias": float(image.mean() / TRUTH.mean() - 1),
+        "signed_bias": float(image.mean() - TRUTH.mean()),
     }[metric]
     estimates = [evaluate(metric, image, replace(noisy(TRUTH, noise), alpha=0.001)) for _ in range(REPETITIONS)]
     assert sum(not estimate.low <= true <= estimate.high for estimate in estimates) <= 3
     assert all(estimate.low <= estimate.value <= estimate.high for estimate in estimates)
 
 
-@pytest.mark.parametrize(("metric", "level"), [("nrmse", 2.326), ("rel_mse_eps1e-2", 2.326), ("energy_bias", 2.602)])
+@pytest.mark.parametrize(
+    ("metric", "level"), [("nrmse", 2.326), ("rel_mse_eps1e-2", 2.326), ("energy_bias", 2.602), ("signed_bias", 2.602)]
+)
 def test_the_interval_is_no_wider_than_it_must_be(metric: str, level: float, noisy: Noisy) -> None:
     """The half-width over its level (z, or Student's t for 15 degrees) is the spread over repetitions."""
     image = TRUTH + 0.08 * PATTERN
@@ -102,6 +105,11 @@ def test_a_truth_without_noise_agrees_with_the_exact_one(metric: str, exact: Exa
     estimate = evaluate(metric, image, copies)
     expected = evaluate(metric, image, exact(TRUTH)).value
     assert [estimate.low, estimate.value, estimate.high] == pytest.approx([expected] * 3, abs=1e-9)
+
+
+def test_the_signed_bias_of_an_offset_is_the_offset_whatever_the_truth(exact: Exact) -> None:
+    for truth in (TRUTH, TRUTH - TRUTH.mean(), -TRUTH):
+        assert evaluate("signed_bias", truth + 0.25, exact(truth)).value == pytest.approx(0.25)
 
 
 def test_closed_forms_of_a_gain(exact: Exact) -> None:
