@@ -162,7 +162,7 @@ def _message(result: CheckResult, accepted: Accepted, risen: Iterable[CriterionR
     return (
         f"The error has risen since it was accepted on {accepted.date}, though the budget holds: "
         f"{'; '.join(map(change, risen))}. Find what changed; if it is meant, run "
-        f'`lightgauge accept --reason "..." -k {shlex.quote(result.id)}`.'
+        f'`lightgauge accept RUN --reason "..." -k {shlex.quote(result.id)}` with the folder of this run.'
     )
 
 

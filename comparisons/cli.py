@@ -299,8 +299,10 @@ def _selftest(options: argparse.Namespace) -> int:
     validate(requests)
     require_writable(options.store, "store", "--store")
     warnings.filterwarnings("ignore", module="colour")
+    store = Store(options.store)
     with _progress() as step:
-        lines, status = selftest_lines(requests, Store(options.store), step)
+        store.waiting = step
+        lines, status = selftest_lines(requests, store, step)
     _say(lines)
     return status
 
@@ -312,8 +314,10 @@ def _diff(options: argparse.Namespace) -> int:
 
     require_writable(options.store, "store", "--store")
     warnings.filterwarnings("ignore", module="colour")
+    store = Store(options.store)
     with _progress() as step:
-        lines, status = diff_lines(options.a, options.b, options.scene, options.metric, Store(options.store), step)
+        store.waiting = step
+        lines, status = diff_lines(options.a, options.b, options.scene, options.metric, store, step)
     _say(lines)
     return status
 
@@ -325,6 +329,10 @@ def _calibrate(options: argparse.Namespace) -> int:
 
     if options.repetitions < 2:
         raise InputError(f"--repetitions is {options.repetitions}. At least 2 are needed, 200 are usual.")
+    if options.file.is_dir():
+        raise InputError(
+            f"'{options.file}' is a folder. Name a file with -o, such as {options.file / 'calibration.md'}."
+        )
     require_writable(options.file.absolute().parent, "output folder", "-o")
     require_writable(options.store, "store", "--store")
     with _progress() as step:

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from comparisons.gate import MAX_GROWTH, fit_exposure
 from comparisons.metrics import Estimate, Samples, check_image, evaluate
 from comparisons.metrics.nrmse import relative_mse
-from comparisons.metrics.rel_mse import denominator_floor, weighted_errors, weights_are_blurred
+from comparisons.metrics.rel_mse import denominator_floor, weight_allowance, weighted_errors, weights_are_blurred
 from comparisons.metrics.sample import MIN_ACCUMULATORS
 from comparisons.sequential import ALPHA_PER_SIDE, looks
 from comparisons.statistics import PixelEstimates
@@ -169,6 +169,9 @@ def difference(metric: str, image_a: NDArray[Any], image_b: NDArray[Any], sample
     terms = PixelEstimates(terms_a.values - terms_b.values, terms_a.deviations - terms_b.deviations)
     standard_error = 0.0 if samples.is_exact else terms.standard_error_of_mean
     half_width = 0.0 if samples.is_exact else terms.half_width(samples.alpha)
+    if metric == "rel_mse_eps1e-2" and not samples.is_exact:
+        both = terms_a.values + terms_b.values
+        half_width += weight_allowance(samples, both) * max(0.0, float(both.mean()))
     independent = math.hypot(terms_a.standard_error_of_mean, terms_b.standard_error_of_mean)
     value = error_a - error_b
     better, worse = (errors_a, errors_b) if value < 0 else (errors_b, errors_a)

@@ -18,6 +18,7 @@ import numpy as np
 from comparisons.gate import CriterionResult, Verdict, fit_exposure, judge, worst
 from comparisons.metrics import METRICS, Estimate, Samples, check_image, evaluate, metric_named
 from comparisons.mutants import MUTANTS, Mutant, is_equivalent
+from comparisons.parity import QUANTITIES as PARITY_QUANTITIES
 from comparisons.report.numbers import format_bound, format_metric
 from comparisons.sequential import ALPHA_PER_SIDE, decide, looks
 from comparisons.statistics import squared_errors
@@ -102,9 +103,13 @@ def _of_scene(request: Request, store: Store, step: Callable[[str, float], None]
     scene = request.scene
     reference, renderer = Reference(scene, store, step), Renderer(scene)
     trials: list[Trial] = []
+    broken = ""
     for index, check in enumerate(request.checks):
         name = f"{scene.name}/{id_of(check)}"
         step(f"mutants of {name}", index / len(request.checks))
+        if broken and check.quantity not in PARITY_QUANTITIES:
+            trials += _untested(name, broken)
+            continue
         try:
             image = renderer.render(technique(check.technique), dict(check.settings), timed=False).image.pixels
             truth_at = partial(reference.truth, check.quantity)
@@ -113,6 +118,10 @@ def _of_scene(request: Request, store: Store, step: Callable[[str, float], None]
             raise
         except LightgaugeError as error:
             trials += _untested(name, str(error))
+        except Exception as error:  # noqa: BLE001  # techniques and drivers may raise anything; the other checks go on
+            trials += _untested(name, f"{type(error).__name__}: {error}")
+        if check.quantity in PARITY_QUANTITIES and trials[-1].outcome is Outcome.UNTESTED:
+            broken = f"parity of this scene does not hold: {check.quantity}."
     return trials
 
 

@@ -28,7 +28,7 @@ from realtime.techniques import technique
 from reference.estimator import Reference
 from reference.quantities import quantity
 from reference.store import Store
-from scenes.errors import LightgaugeError, MachineError, NoCompiler, NoGraphics
+from scenes.errors import LightgaugeError, MachineError, NoCompiler, NoGraphics, RenderError
 from scenes.image import Image
 from scenes.model import Check, Scene
 
@@ -100,6 +100,20 @@ def _run_scene(request: Request, store: Store, progress: Progress) -> list[Check
 def _by_tightness(check: Check) -> float:
     """Parity first; then what needs the most samples, so that the pictures of all others can show them too."""
     return -1.0 if check.quantity in PARITY_QUANTITIES else check.criteria[0].max or math.inf
+
+
+def require_parity(scene: Scene, argument: str, store: Store, step: Callable[[str, float], None]) -> None:
+    """See that both sides see the same scene, before any of its radiance is compared.
+
+    Raises
+    ------
+    RenderError
+        They do not, or it could not be judged.
+    """
+    request = Request(scene, argument, lambda check_id: "/raster." in check_id)
+    for result in run([request], store, Progress(step, lambda finished: None)):
+        if result.verdict not in (Verdict.PASS, Verdict.REGRESSED):
+            raise RenderError(_parity_message(result))
 
 
 def _parity_message(result: CheckResult) -> str:
@@ -228,7 +242,9 @@ def _advice(decision: Decision, limit: int) -> str:
     if len(known) < len(needed):
         return f"{after}: a value is too close to its bound for any affordable number of them."
     enough = 1 << (max(known) - 1).bit_length()
-    return f"{after}: about {max(known)} spp would decide it. Set max_spp = {enough} under [truth] in the scene."
+    return (
+        f"{after}: about {max(known)} spp would decide it. Set max_spp = {enough} or more under [truth] in the scene."
+    )
 
 
 def error_scale(criteria: Iterable[CriterionResult], samples: Samples) -> float:

@@ -253,7 +253,7 @@ def _end_run(handle: int, mark: Path) -> None:
 def sweep(folder: Path, in_use_since: float) -> None:
     """Remove what processes that were killed had not written to its end."""
     with suppress(FileNotFoundError):  # the folder may be removed meanwhile
-        for path in folder.glob(TEMPORARY):
+        for path in (*folder.glob(TEMPORARY), *folder.glob(f"images/{TEMPORARY}")):
             if path.stat().st_mtime < in_use_since:
                 path.unlink()
 

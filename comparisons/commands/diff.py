@@ -14,6 +14,7 @@ from comparisons.parity import QUANTITIES as PARITY_QUANTITIES
 from comparisons.report.numbers import format_count, format_interval, format_metric, format_number, format_seconds
 from comparisons.result import check_id
 from comparisons.results import read_run
+from comparisons.suite import require_parity
 from realtime.render import Renderer
 from realtime.technique import Technique
 from realtime.techniques import technique
@@ -90,6 +91,8 @@ def diff_lines(a: str, b: str, scene: str | None, metric: str, store: Store, pro
     error_named(metric)
     if is_run(a) != is_run(b):
         run, other = (a, b) if is_run(a) else (b, a)
+        if any(mark in other for mark in "/\\") or other.endswith(".json"):
+            read_run(Path(other))  # says what is wrong with it
         raise InputError(
             f"'{run}' is a finished run and '{other}' is not. Compare two runs, each named by its folder, or two "
             "techniques with their settings."
@@ -157,6 +160,7 @@ def _value(text: str) -> SettingValue:
 
 
 def _diff_variants(a: Variant, b: Variant, scene: Scene, metric: str, store: Store, progress: Progress) -> Outcome:
+    require_parity(scene, scene.name, store, progress)
     renderer = Renderer(scene)
 
     def drawn(variant: Variant) -> Drawn:
@@ -217,7 +221,7 @@ def _advice(found: Comparison, scene: Scene) -> str:
     if needed is None:
         return f"{after}: the difference is too small for any affordable number of them."
     enough = 1 << (needed - 1).bit_length()
-    return f"{after}: about {needed} spp would decide it. Set max_spp = {enough} under [truth] in the scene."
+    return f"{after}: about {needed} spp would decide it. Set max_spp = {enough} or more under [truth] in the scene."
 
 
 def _cost(a: Drawn, b: Drawn) -> str:

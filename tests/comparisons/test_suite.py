@@ -105,7 +105,7 @@ def test_an_undecided_check_has_status_2_and_says_how_many_samples_it_takes(
     assert check["spp"] == 64, "the scene's limit holds for the first look too"
     assert check["message"] == (
         "Undecided after 64 spp (the scene allows 64): about 576 spp would decide it. "
-        "Set max_spp = 1024 under [truth] in the scene."
+        "Set max_spp = 1024 or more under [truth] in the scene."
     )
     assert check["message"] in outcome.out
 
