@@ -18,6 +18,8 @@ def removed_energy(truth: Truth) -> tuple[float, float, float]:
         part[:, truth.mask].astype(float).mean(axis=(1, 2)) for part in (truth.accumulators, truth.removed)
     )
     total = float((kept + removed).mean())
+    if total == 0:
+        return 0.0, 0.0, 0.0
     share = float(removed.mean()) / total
     deviations = (removed - share * (kept + removed)) / total
     k = len(deviations)

@@ -169,9 +169,9 @@ def difference(metric: str, image_a: NDArray[Any], image_b: NDArray[Any], sample
     terms = PixelEstimates(terms_a.values - terms_b.values, terms_a.deviations - terms_b.deviations)
     standard_error = 0.0 if samples.is_exact else terms.standard_error_of_mean
     half_width = 0.0 if samples.is_exact else terms.half_width(samples.alpha)
-    if metric == "rel_mse_eps1e-2" and not samples.is_exact:
-        both = terms_a.values + terms_b.values
-        half_width += weight_allowance(samples, both) * max(0.0, float(both.mean()))
+    if metric == "rel_mse_eps1e-2" and not samples.is_exact and not weights_are_blurred(samples):
+        changes = np.abs(terms.values)
+        half_width += weight_allowance(samples, changes) * float(changes.mean())
     independent = math.hypot(terms_a.standard_error_of_mean, terms_b.standard_error_of_mean)
     value = error_a - error_b
     better, worse = (errors_a, errors_b) if value < 0 else (errors_b, errors_a)

@@ -99,15 +99,14 @@ def read_run(run: Path) -> tuple[Path, dict[str, Any]]:
         ) from error
     except (OSError, ValueError) as error:
         raise InputError(f"'{path}' cannot be read as the results of a run ({error}). Run the checks again.") from error
-    if isinstance(results, dict) and results.get("schema", SCHEMA) != SCHEMA:
+    is_object = isinstance(results, dict)
+    if is_object and results.get("schema", SCHEMA) != SCHEMA:
         raise InputError(
             f"'{path}' has schema {results['schema']}; this version reads schema {SCHEMA}. Run the checks again."
         )
-    if not (
-        isinstance(results, dict)
-        and isinstance(results.get("environment") or {}, dict)
-        and all(isinstance(check, dict) for check in _listed(results.get("checks")))
-    ):
+    checks, environment = (results.get(key) for key in ("checks", "environment")) if is_object else (None, None)
+    is_run = isinstance(environment or {}, dict) and all(isinstance(check, dict) for check in _listed(checks))
+    if not (is_object and is_run):
         raise InputError(f"'{path}' is JSON, but not the results of a run. Run the checks again.")
     return path.parent, results
 

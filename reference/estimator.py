@@ -2,9 +2,9 @@
 
 A sampled truth is ACCUMULATORS independent images of equally many samples. They are never averaged here: their spread
 is what every error bar is made of. Blocks are of 1, 1, 2, 4, ... samples a pixel and accumulator, LARGEST_BLOCK at
-most, so that more samples only add blocks, and none is rendered twice. Every path of a launch draws from a stream of its own, and every
-launch has its own seed, hashed to 32 bits: consecutive seeds of Mitsuba's samplers repeat each other's noise, shifted
-by a pixel.
+most, so that more samples only add blocks, and none is rendered twice. Every path of a launch draws from a stream of
+its own, and every launch has its own seed, hashed to 32 bits: consecutive seeds of Mitsuba's samplers repeat each
+other's noise, shifted by a pixel.
 """
 
 import hashlib

@@ -20,8 +20,11 @@ from scenes.model import Check, Criterion
 
 CONFIDENCE = 0.95
 ALPHA = (1 - CONFIDENCE) / 2
-COVERAGE_SPP = (16, 64, 256)
+COVERAGE_SPP = (16, 64, 256, 1024)
 LIMIT = 4096
+
+LEAST_VALID = 20
+"""Repetitions of which a share means something."""
 
 Progress = Callable[[str, float], None]
 
@@ -30,7 +33,7 @@ Progress = Callable[[str, float], None]
 class Coverage:
     """How often an interval held the true value, and how far the estimates were off on average.
 
-    coverage : of the intervals that were valid, NaN if none was
+    coverage : of the intervals that were valid, NaN if they were fewer than LEAST_VALID
     bias     : mean error of estimation, in its standard errors over all repetitions
     valid    : share of the repetitions in which no fireflies were found
     """
@@ -48,11 +51,14 @@ def cases_of(pool: Pool) -> dict[str, Float64]:
     truth = pool.truth
     pattern = np.sin(0.7 * np.arange(len(truth)))[:, None] * [1.0, 0.8, 1.2]
     local = (np.arange(len(truth)) < len(truth) // 20)[:, None]
+    noise = (pool.samples.std(axis=1) / truth).mean(axis=1)
+    noisiest = (noise >= np.quantile(noise, 0.9))[:, None]
     return {
         "none": truth,
         "small, 2 %": truth * (1 + 0.02 * pattern),
         "large, 40 %": truth * (1 + 0.4 * pattern),
         "local, 50 % on a 20th": truth * (1 + 0.5 * local),
+        "50 % on the noisiest tenth": truth * (1 + 0.5 * noisiest),
     }
 
 
@@ -99,7 +105,7 @@ def _row(metric: str, case: str, spp: int, estimates: Float64, valid: Bool) -> C
         metric=metric,
         case=case,
         spp=spp,
-        coverage=float(held[valid].mean()) if valid.any() else np.nan,
+        coverage=float(held[valid].mean()) if valid.sum() >= LEAST_VALID else np.nan,
         bias=float(errors.mean() / errors.std(ddof=1)) * len(errors) ** 0.5,
         valid=float(valid.mean()),
     )
@@ -123,7 +129,7 @@ def verdicts(
 ) -> list[Verdicts]:
     """Decide on images with a known nrmse, as a run does."""
     truth = pool.truth
-    pattern = truth * cases_of(pool)["large, 40 %"] - truth**2
+    pattern = cases_of(pool)["large, 40 %"] - truth
     pattern *= budget * truth.mean() / np.sqrt(np.mean(pattern**2))
     images = {ratio: pool.image(truth + ratio * pattern) for ratio in ratios}
     criterion = Criterion(metric="nrmse", max=budget, reason="a budget for a simulation")
