@@ -6,9 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from comparisons.calibration import pool
+from realtime.camera import Camera, sensor_camera
+from scenes.model import Perspective
 
 Run = Callable[..., Any]
 Write = Callable[..., Path]
@@ -162,3 +165,53 @@ def test_a_calibration_needs_repetitions(here: Path, lightgauge: Run) -> None:
     outcome = lightgauge("calibrate", "--repetitions", "1")
     assert outcome.status == 3
     assert "--repetitions is 1" in outcome.err
+
+
+@pytest.fixture
+def mirrored(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The real-time camera looks into a mirror."""
+
+    def camera(sensor: Perspective, near: float, far: float) -> Camera:
+        made = sensor_camera(sensor, near, far)
+        return Camera(made.eye, np.diag([-1.0, 1, 1, 1]) @ made.matrix, made.forward)
+
+    monkeypatch.setattr("realtime.frame.sensor_camera", camera)
+
+
+@pytest.mark.usefixtures("with_truth", "mirrored")
+def test_techniques_are_not_compared_on_a_scene_without_parity(lightgauge: Run, write_scene: Write) -> None:
+    write_scene(("fov_deg = 30.0", "fov_deg = 31.0"))
+    outcome = lightgauge("diff", "indirect.talk", "indirect.probe", "--scene", "tiny.toml")
+    assert outcome.status == 4
+    assert "Parity of this scene does not hold" in outcome.err
+
+
+@pytest.mark.usefixtures("with_truth", "mirrored")
+def test_without_parity_no_check_of_radiance_is_tested(lightgauge: Run, write_scene: Write) -> None:
+    write_scene(("fov_deg = 30.0", "fov_deg = 31.0"))
+    outcome = lightgauge("selftest", "tiny.toml")
+    assert outcome.status == 1
+    assert f"UNTESTED {JUDGED}: parity of this scene does not hold" in outcome.out
+
+
+@pytest.mark.usefixtures("after_a_run")
+def test_a_run_that_does_not_exist_is_named(lightgauge: Run) -> None:
+    outcome = lightgauge("diff", "report", "there/is/none")
+    assert outcome.status == 3
+    assert "there/is/none" in outcome.err
+    assert "does not exist" in outcome.err
+
+
+def test_results_of_another_schema_are_refused(after_a_run: Path, lightgauge: Run) -> None:
+    path = after_a_run / "report" / "results.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"schema": 99}))
+    for arguments in (("accept", "--reason", REASON), ("diff", "report", "report"), ("report", "report")):
+        outcome = lightgauge(*arguments)
+        assert outcome.status == 3
+        assert "schema 99" in outcome.err
+
+
+def test_a_document_is_not_written_over_a_folder(here: Path, lightgauge: Run) -> None:
+    outcome = lightgauge("calibrate", "-o", str(here))
+    assert outcome.status == 3
+    assert "is a folder" in outcome.err

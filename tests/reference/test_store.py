@@ -398,7 +398,9 @@ def test_an_image_that_cannot_be_written_is_an_error(tmp_path: Path, monkeypatch
 def test_a_new_rendering_sweeps_what_killed_runs_left_behind(tmp_path: Path) -> None:
     store = Store(tmp_path)
     shelf = store.shelf({"a": 1})
-    for age, name in ((3600, ".block-000.exr.0a.tmp"), (3600, ".key.json.0b.tmp"), (-1, ".check.json.0c.tmp")):
+    (shelf.folder / "images").mkdir()
+    old = (".block-000.exr.0a.tmp", ".key.json.0b.tmp", "images/.picture-error.png.0d.tmp")
+    for age, name in (*((3600, name) for name in old), (-1, ".check.json.0c.tmp")):
         (shelf.folder / name).write_bytes(b"half a")
         os.utime(shelf.folder / name, (time.time() - age,) * 2)
     shelf.image("block-000", lambda: IMAGE)
