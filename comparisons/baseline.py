@@ -8,7 +8,7 @@ import datetime
 import json
 import shlex
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -65,13 +65,6 @@ class Outcome(StrEnum):
     SLACK = "slack"
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """One outcome a criterion, in their order; None where nothing was accepted, or where nothing valid was measured."""
-
-    outcomes: tuple[Outcome | None, ...]
-
-
 def accepted_of(result: CheckResult, reason: str, date: datetime.date) -> Accepted:
     """What is accepted with a result."""
     return Accepted(
@@ -79,8 +72,10 @@ def accepted_of(result: CheckResult, reason: str, date: datetime.date) -> Accept
     )
 
 
-def against(accepted: Accepted | None, criteria: Iterable[CriterionResult]) -> Comparison:
-    """Hold what was measured against what was accepted.
+def against(accepted: Accepted, criteria: Iterable[CriterionResult]) -> tuple[Outcome | None, ...]:
+    """Hold what was measured against what was accepted: one outcome a criterion, in their order.
+
+    None where nothing was accepted, or where nothing valid was measured.
 
     Every metric is 0 for a perfect image, so the error is the distance from 0: |value|, with the interval of |x| for x
     in [low, high]. It has REGRESSED if its whole interval lies above the accepted one; a budget is SLACK if it lies
@@ -96,7 +91,7 @@ def against(accepted: Accepted | None, criteria: Iterable[CriterionResult]) -> C
     1 - Phi(sqrt(2) z) = 0.05 %, with z = 2.33 for alpha = 1 %; the same truth, found in the store, gives the same
     interval and no alarm.
     """
-    return Comparison(tuple(None if accepted is None else _outcome(accepted, c) for c in criteria))
+    return tuple(_outcome(accepted, c) for c in criteria)
 
 
 def _outcome(accepted: Accepted, criterion: CriterionResult) -> Outcome | None:
@@ -139,7 +134,7 @@ def apply(result: CheckResult, accepted: Accepted | None) -> CheckResult:
     shown = accepted.model_dump(mode="json", include={"date", "reason", "criteria"})
     if result.verdict is not Verdict.PASS:
         return replace(result, accepted=shown)
-    pairs = list(zip(result.criteria, against(accepted, result.criteria).outcomes, strict=True))
+    pairs = list(zip(result.criteria, against(accepted, result.criteria), strict=True))
     risen = [c for c, outcome in pairs if outcome is Outcome.REGRESSED]
     fallen = [c for c, outcome in pairs if outcome is Outcome.SLACK]
     return replace(

@@ -85,19 +85,16 @@ class _Parser(argparse.ArgumentParser):
         self.exit(InputError.exit_status, f"{self.prog}: {message}. See {self.prog} --help.\n")
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
-        prog="lightgauge",
-        description="How wrong is a real-time shading technique? Measured against path-traced truth, with error bars.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND", parser_class=_Parser)
+class _Commands:
+    """The commands of the command line, each with an example in its help."""
+
+    def __init__(self, parser: argparse.ArgumentParser) -> None:
+        self._commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND", parser_class=_Parser)
 
     def add(
-        name: str, command: Callable[[argparse.Namespace], int], summary: str, example: str
+        self, name: str, command: Callable[[argparse.Namespace], int], summary: str, example: str
     ) -> argparse.ArgumentParser:
-        added = commands.add_parser(
+        added = self._commands.add_parser(
             name,
             help=summary,
             description=summary,
@@ -107,25 +104,40 @@ def _parser() -> argparse.ArgumentParser:
         added.set_defaults(command=command)
         return added
 
-    def keep_option(parser: argparse.ArgumentParser) -> None:
-        parser.add_argument(
-            "-k", dest="keep", metavar="TEXT", default="", help="only checks whose scene/technique contains TEXT"
-        )
 
-    add("list", _list, "scenes, techniques, quantities and metrics", "lightgauge list")
-    explain = add(
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="lightgauge",
+        description="How wrong is a real-time shading technique? Measured against path-traced truth, with error bars.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = _Commands(parser)
+    _add_runs(commands)
+    _add_questions(commands)
+    _add_upkeep(commands)
+    return parser
+
+
+def _add_runs(commands: _Commands) -> None:
+    """What there is to run, running it, and what is done with a finished run."""
+    commands.add("list", _list, "scenes, techniques, quantities and metrics", "lightgauge list")
+    explain = commands.add(
         "explain", _explain, "what a scene runs, what it skips, and why", "lightgauge explain small-room-knot"
     )
     explain.add_argument("scene", help="a name from `lightgauge list`, or a path to a TOML file")
-    run = add("run", _run, "run checks and write a report", "lightgauge run small-room-ellipsoid -k indirect -o report")
-    run.add_argument(
-        "scenes", nargs="*", metavar="SCENE", help="a name or a path to a TOML file; all shipped scenes if none"
+    run = commands.add(
+        "run", _run, "run checks and write a report", "lightgauge run small-room-ellipsoid -k indirect -o report"
     )
-    keep_option(run)
+    _add_selection(run)
     run.add_argument("-o", dest="folder", metavar="FOLDER", type=Path, default=Path("report"), help="default: report")
-    report = add("report", _report, "write the page of a finished run again", "lightgauge report report")
+    _add_store(run)
+    run.add_argument(
+        "--store-limit", metavar="SIZE", default="4G", help="remove truth unused for longest beyond that; default: 4G"
+    )
+    report = commands.add("report", _report, "write the page of a finished run again", "lightgauge report report")
     report.add_argument("run", metavar="RUN", type=Path, help="the folder of a run, or its results.json")
-    accept = add(
+    accept = commands.add(
         "accept",
         _accept,
         "accept the errors of a finished run: later runs are REGRESSED when they exceed them",
@@ -133,18 +145,19 @@ def _parser() -> argparse.ArgumentParser:
     )
     accept.add_argument("run", nargs="?", metavar="RUN", type=Path, default=Path("report"), help="default: report")
     accept.add_argument("--reason", required=True, metavar="SENTENCE", help="why these errors are as they should be")
-    keep_option(accept)
-    selftest = add(
+    _add_keep(accept)
+
+
+def _add_questions(commands: _Commands) -> None:
+    """What asks whether checks, error bars and techniques are as good as they seem."""
+    selftest = commands.add(
         "selftest",
         _selftest,
         "plant known faults in every image: would the checks notice them?",
         "lightgauge selftest small-room-knot",
     )
-    selftest.add_argument(
-        "scenes", nargs="*", metavar="SCENE", help="a name or a path to a TOML file; all shipped scenes if none"
-    )
-    keep_option(selftest)
-    diff = add(
+    _add_selection(selftest)
+    diff = commands.add(
         "diff",
         _diff,
         "which of two techniques, settings or finished runs is closer to the truth?",
@@ -159,7 +172,7 @@ def _parser() -> argparse.ArgumentParser:
         "--scene", metavar="SCENE", help="a name or a path to a TOML file; needed unless A and B are runs"
     )
     diff.add_argument("--metric", metavar="METRIC", default="nrmse", help="nrmse (default) or rel_mse_eps1e-2")
-    calibrate = add(
+    calibrate = commands.add(
         "calibrate",
         _calibrate,
         "measure how honest the error bars are, on truths that are known exactly (some minutes)",
@@ -171,23 +184,44 @@ def _parser() -> argparse.ArgumentParser:
     calibrate.add_argument(
         "--repetitions", metavar="N", type=int, default=200, help="of each simulated experiment; default: 200"
     )
-    doctor = add("doctor", _doctor, "can this machine render?", "lightgauge doctor")
-    store = add("store", _store, "what the store of truth holds; prune or merge it", "lightgauge store --prune 500M")
+    for parser in (selftest, diff, calibrate):
+        _add_store(parser)
+
+
+def _add_upkeep(commands: _Commands) -> None:
+    """The machine and the store."""
+    doctor = commands.add("doctor", _doctor, "can this machine render?", "lightgauge doctor")
+    store = commands.add(
+        "store", _store, "what the store of truth holds; prune or merge it", "lightgauge store --prune 500M"
+    )
     change = store.add_mutually_exclusive_group()
     change.add_argument("--prune", metavar="SIZE", help="remove what was used least recently until it fits, e.g. 500M")
     change.add_argument("--merge", metavar="FOLDER", type=Path, help="take over what another store holds")
-    for parser_with_store in (run, diff, selftest, calibrate, doctor, store):
-        parser_with_store.add_argument(
-            "--store",
-            metavar="FOLDER",
-            type=Path,
-            default=Path(".lightgauge"),
-            help="where truth is kept between runs; default: .lightgauge",
-        )
-    run.add_argument(
-        "--store-limit", metavar="SIZE", default="4G", help="remove truth unused for longest beyond that; default: 4G"
+    for parser in (doctor, store):
+        _add_store(parser)
+
+
+def _add_selection(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "scenes", nargs="*", metavar="SCENE", help="a name or a path to a TOML file; all shipped scenes if none"
     )
-    return parser
+    _add_keep(parser)
+
+
+def _add_keep(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-k", dest="keep", metavar="TEXT", default="", help="only checks whose scene/technique contains TEXT"
+    )
+
+
+def _add_store(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--store",
+        metavar="FOLDER",
+        type=Path,
+        default=Path(".lightgauge"),
+        help="where truth is kept between runs; default: .lightgauge",
+    )
 
 
 def _list(options: argparse.Namespace) -> int:
