@@ -28,10 +28,14 @@ def explanation(scene: Scene) -> Iterator[str]:
     yield f"  features  {', '.join(name.replace('_', ' ') for name in present) or 'none'}"
     for check in checks_of(scene):
         used = technique(check.technique)
-        plan = plan_of(used, scene, features, dict(check.settings))
-        integrator = quantity(check.quantity).integrator(features)
+        asked = quantity(check.quantity)
         yield ""
         yield f"  {id_of(check)} approximates {check.quantity}"
+        if why := asked.refuses(features):
+            yield f"    refused  {check.quantity} is not defined here: {why}"
+            continue
+        plan = plan_of(used, scene, features, dict(check.settings))
+        integrator = asked.integrator(features)
         yield f"    truth    {integrator.name}: {integrator.why}"
         yield f"    passes   {' > '.join(step.name for step in plan.passes)}"
         for skip in plan.skipped:

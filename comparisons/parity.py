@@ -1,6 +1,6 @@
 """Parity: do both sides see the same scene? Judged for every scene before any of its radiance is."""
 
-from scenes.model import Check, Criterion, Scene
+from scenes.model import Check, Criterion, Diffuse, Scene
 
 _GRID = "both sides average the same 8 x 8 positions a pixel; what is left are samples that fall on an edge"
 
@@ -41,7 +41,11 @@ QUANTITIES = frozenset(check.quantity for check in PARITY)
 
 
 def checks_of(scene: Scene) -> tuple[Check, ...]:
-    """All checks of a scene, parity first; one that the scene spells out itself replaces the standard one."""
+    """All checks of a scene, parity first; one that the scene spells out itself replaces the standard one.
+
+    Where nothing reflects diffusely there is no albedo to compare.
+    """
     own = {(c.quantity, c.technique): c for c in scene.checks if c.quantity in QUANTITIES}
-    parity = [own.pop((c.quantity, c.technique), c) for c in PARITY]
+    has_albedo = any(isinstance(material, Diffuse) for material in scene.materials.values())
+    parity = [own.pop((c.quantity, c.technique), c) for c in PARITY if has_albedo or c.quantity != "albedo"]
     return (*parity, *own.values(), *(c for c in scene.checks if c.quantity not in QUANTITIES))

@@ -7,6 +7,7 @@ from typing import Any
 
 from comparisons.gate import CriterionResult, Verdict
 from realtime.technique import Technique
+from reference.quantity import Quantity
 from scenes.bibliography import BIBLIOGRAPHY
 from scenes.model import Check, Scene
 
@@ -28,6 +29,7 @@ class CheckResult:
     message: str
     criteria: tuple[CriterionResult, ...]
     unit: str
+    display: str
     card: dict[str, str]
     rerun: str
     exposure: float = 1.0
@@ -35,6 +37,7 @@ class CheckResult:
     spp_fixed: int = 0
     spp_shown: int = 0
     clamp: str = ""
+    variants: tuple[dict[str, Any], ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
     pass_seconds: dict[str, float] = field(default_factory=dict)
     skipped: tuple[dict[str, str], ...] = ()
@@ -64,6 +67,7 @@ class CheckResult:
         known = {k: v for k, v in plain.items() if k != "id"}
         known["verdict"] = Verdict(known["verdict"])
         known["skipped"] = tuple(known["skipped"])
+        known["variants"] = tuple(known.get("variants", ()))
         known["criteria"] = tuple(_criterion_from_json(c) for c in known["criteria"])
         return cls(**known)
 
@@ -85,7 +89,9 @@ def card_of(technique: Technique) -> dict[str, str]:
     return card | {"source": BIBLIOGRAPHY[technique.source]}
 
 
-def empty_result(scene: Scene, scene_argument: str, check: Check, technique: Technique, unit: str) -> CheckResult:
+def empty_result(
+    scene: Scene, scene_argument: str, check: Check, technique: Technique, quantity: Quantity
+) -> CheckResult:
     """What is known of a check before anything was rendered; its verdict is ERROR until something is."""
     return CheckResult(
         scene=scene.name,
@@ -97,7 +103,8 @@ def empty_result(scene: Scene, scene_argument: str, check: Check, technique: Tec
         verdict=Verdict.ERROR,
         message="",
         criteria=(),
-        unit=unit,
+        unit=quantity.unit_in(scene),
+        display=quantity.display,
         card=card_of(technique),
         rerun=rerun_command(scene_argument, check.technique),
     )

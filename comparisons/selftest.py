@@ -74,6 +74,7 @@ class _Case:
 
     name: str
     check: Check
+    unit: str
     image: Float32
     truth_at: Callable[[int], Truth]
     spps: tuple[int, ...]
@@ -113,7 +114,8 @@ def _of_scene(request: Request, store: Store, step: Callable[[str, float], None]
         try:
             image = renderer.render(technique(check.technique), dict(check.settings), timed=False).image.pixels
             truth_at = partial(reference.truth, check.quantity)
-            trials += trials_of(name, check, image, truth_at, scene.truth.max_spp)
+            unit = quantity(check.quantity).unit_in(scene)
+            trials += trials_of(name, check, unit, image, truth_at, scene.truth.max_spp)
         except (NoGraphics, NoCompiler):
             raise
         except LightgaugeError as error:
@@ -126,12 +128,13 @@ def _of_scene(request: Request, store: Store, step: Callable[[str, float], None]
 
 
 def trials_of(
-    name: str, check: Check, image: Float32, truth_at: Callable[[int], Truth], limit: int
+    name: str, check: Check, unit: str, image: Float32, truth_at: Callable[[int], Truth], limit: int
 ) -> tuple[Trial, ...]:
     """What a check makes of every mutant of an image (H, W, C).
 
     Parameters
     ----------
+    unit : of the quantity's values in the scene.
     truth_at : gives the truth with at least that many samples a pixel.
     limit : the most samples a pixel.
 
@@ -151,7 +154,7 @@ def trials_of(
         return _untested(name, f"the check is {decision.verdict} without any fault. Mend that first.")
     planned = looks(limit)
     spps = tuple(spp for spp in planned if spp >= decision.truth.spp)  # fewer could not even pass the image itself
-    case = _Case(name, check, image, truth_at, spps, ALPHA_PER_SIDE / len(planned))
+    case = _Case(name, check, unit, image, truth_at, spps, ALPHA_PER_SIDE / len(planned))
     return tuple(_trial(case, mutant) for mutant in MUTANTS.values())
 
 
@@ -223,13 +226,12 @@ def _error(test: Float64, samples: Samples) -> float:
 def _advice(case: _Case, mutant: Mutant, mutated: Float32, samples: Samples) -> str:
     """Which bound, or else which other metric, would have told the mutant from the image itself."""
     images = case.exposed(case.image, samples), case.exposed(mutated, samples)
-    unit = quantity(case.check.quantity).unit
     for c in claims(case.check)[mutant.name]:
         plain, faulty = (evaluate(c.metric, image, samples) for image in images)
         if _apart(plain, faulty):
             side = "max" if faulty.value > plain.value else "min"
             act = f"Give {c.metric} a {side}" if getattr(c, side) is None else f"Tighten the {side} of {c.metric}"
-            return f"{act}: {_reading(c.metric, plain, faulty, unit)}, its bound is {_bound(c, unit)}."
+            return f"{act}: {_reading(c.metric, plain, faulty, case.unit)}, its bound is {_bound(c, case.unit)}."
     used = {c.metric for c in case.check.criteria}
     for metric in METRICS.values():
         if mutant.name in metric.sees and metric.name not in used:
@@ -238,7 +240,7 @@ def _advice(case: _Case, mutant: Mutant, mutated: Float32, samples: Samples) -> 
             except ImageError:  # it does not apply to this quantity, or to a noisy truth
                 continue
             if _apart(plain, faulty):
-                return f"Add {metric.name}: {_reading(metric.name, plain, faulty, unit)}."
+                return f"Add {metric.name}: {_reading(metric.name, plain, faulty, case.unit)}."
     return "No metric tells it from the image itself with so few samples; tighter bounds take more of them, and may."
 
 

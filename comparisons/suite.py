@@ -18,11 +18,12 @@ from comparisons.gate import CriterionResult, Verdict, spp_needed, worst
 from comparisons.metrics import Samples
 from comparisons.parity import QUANTITIES as PARITY_QUANTITIES
 from comparisons.parity import checks_of
-from comparisons.report.pictures import display_of, write_pictures
+from comparisons.report.pictures import write_pictures
 from comparisons.result import CheckResult, check_id, empty_result
 from comparisons.sequential import Decision, decide, fixed_spp
 from comparisons.significance import LEAST_SPP, significance
 from comparisons.tonemap import exposure_for
+from comparisons.variants import costs_of_variants
 from realtime.render import Renderer
 from realtime.techniques import technique
 from reference.estimator import Reference
@@ -161,11 +162,13 @@ class _Runner:
         return result
 
     def _empty(self, check: Check) -> CheckResult:
-        unit = quantity(check.quantity).unit
-        return empty_result(self.request.scene, self.request.argument, check, technique(check.technique), unit)
+        return empty_result(
+            self.request.scene, self.request.argument, check, technique(check.technique), quantity(check.quantity)
+        )
 
     def _judged(self, check: Check) -> CheckResult:
         scene = self.request.scene
+        self.reference.require_defined(check.quantity)
         self.progress.step(f"{scene.name}: {check.technique}", 0.0)
         rendering = self.renderer.render(
             technique(check.technique), dict(check.settings), timed=check.quantity not in PARITY_QUANTITIES
@@ -189,6 +192,7 @@ class _Runner:
             skipped=tuple(asdict(s) for s in rendering.skipped),
             integrator={"name": truth.integrator.name, "why": truth.integrator.why},
             clamp=clamp_note(truth, scene.truth.clamp),
+            variants=costs_of_variants(truth, self.reference.truth),
             gl_renderer=rendering.image.provenance["renderer"],
         )
 
@@ -197,7 +201,7 @@ class _Runner:
         scene = self.request.scene
         truth = self.reference.at_hand(check.quantity, decision.truth.spp)
         samples = Samples(truth.accumulators, truth.mask)
-        display = display_of(check.quantity)
+        display = quantity(check.quantity).display
         tested = significance(decision.image, samples) if truth.spp >= LEAST_SPP else None
         scale = error_scale(decision.criteria, samples)
         exposure = exposure_for(samples.mean, truth.mask) if display in ("radiance", "depth") else 1.0

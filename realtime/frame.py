@@ -13,7 +13,7 @@ import numpy as np
 from realtime.camera import Camera, sensor_camera
 from realtime.shader import program, set_uniforms
 from scenes.features import Features
-from scenes.geometry import texture_of
+from scenes.geometry import diffuse_reflectance, texture_of
 from scenes.image import Float32, Float64
 from scenes.mesh import Mesh
 from scenes.model import Scene, SettingValue, Texture
@@ -96,8 +96,9 @@ class Frame:
     def camera(self) -> Camera:
         """The sensor's camera, with clip planes that hold the whole scene."""
         centre, radius = self.bounds
-        far = float(np.linalg.norm(centre - np.array(self.scene.sensor.origin))) + 1.01 * radius
-        return sensor_camera(self.scene.sensor, near=1e-3 * radius, far=far)
+        distance = float(np.linalg.norm(centre - np.array(self.scene.sensor.origin)))
+        near = max(1e-3 * radius, distance - 1.01 * radius)
+        return sensor_camera(self.scene.sensor, near=near, far=distance + 1.01 * radius)
 
     @cached_property
     def drawables(self) -> tuple[Drawable, ...]:
@@ -114,7 +115,7 @@ class Frame:
         )
 
     def _reflectance(self, mesh: Mesh) -> moderngl.Texture:
-        reflectance = mesh.material.reflectance
+        reflectance = diffuse_reflectance(mesh.material)
         if isinstance(reflectance, Texture):
             pixels = texture_of(self.scene, reflectance)[::-1]
         else:

@@ -13,7 +13,7 @@ from realtime.frame import Frame
 from realtime.graph import Pass
 from realtime.lights import facets_of
 from scenes.features import Features
-from scenes.geometry import texture_of
+from scenes.geometry import diffuse_reflectance, texture_of
 from scenes.image import Float32, Float64
 from scenes.mesh import Mesh
 from scenes.model import Texture
@@ -80,7 +80,7 @@ def _surfel_rows(mesh: Mesh, reflectance: Float64, count: int) -> Float32:
 
 
 def _mean_reflectance(frame: Frame, mesh: Mesh) -> Float64:
-    reflectance = mesh.material.reflectance
+    reflectance = diffuse_reflectance(mesh.material)
     if isinstance(reflectance, Texture):
         mean: Float64 = texture_of(frame.scene, reflectance).mean(axis=(0, 1), dtype=float)
         return mean

@@ -27,7 +27,7 @@ from reference.stage import Stage, build_stage
 from reference.start import VARIANT, mitsuba
 from reference.store import Shelf, Store
 from scenes import geometry
-from scenes.digest import code_digest, scene_parts
+from scenes.digest import code_digest, scene_parts, with_imports
 from scenes.errors import SceneError
 from scenes.features import Features, features_of
 from scenes.image import Bool, Float32, Float64, Image, require_finite
@@ -73,15 +73,21 @@ class Truth:
         return len(self.accumulators) == 1
 
 
+SHAPE_MODULES = (
+    *("bodies", "eyes", "features", "geometry", "media"),
+    *("mesh_files", "procedural", "srgb", "topology"),
+)
+"""The modules of `scenes` that decide what a renderer gets."""
+
+
 @cache
 def _code(name: str) -> str:
-    """Digest of the code that decides what the truth of a quantity is."""
-    here, scenes = Path(__file__).parent, Path(geometry.__file__).parent
-    module = Path(str(importlib.import_module(MODULES[name]).__file__))
-    shared = [here / "stage.py", here / "to_mitsuba.py", *sorted((here / "integrators").glob("*.py"))]
-    names = ("procedural.py", "mesh_files.py", "topology.py", "geometry.py", "srgb.py", "features.py")
-    shapes = [scenes / name for name in names]
-    return code_digest(module, *shared, *shapes)
+    """Digest of the code that decides what the truth of a quantity is: its module and what that imports here."""
+    folder = Path(geometry.__file__).parent
+    shared = [Path(__file__).parent / "stage.py", *(folder / f"{module}.py" for module in SHAPE_MODULES)]
+    own = Path(str(importlib.import_module(MODULES[name]).__file__))
+    closure = {*shared, *with_imports(own), *with_imports(shared[0])} - {Path(__file__).parent / "quantity.py"}
+    return code_digest(*sorted(closure))
 
 
 @cache
@@ -96,7 +102,7 @@ def truth_parts(scene: Scene, name: str) -> dict[str, Any]:
     blocks = {
         "accumulators": ACCUMULATORS,
         "largest_block": LARGEST_BLOCK,
-        "mask_code": _code("coverage"),
+        "mask_code": _code(found.judged_where) if found.judged_where else "",
         "clamp": scene.truth.clamp,
     }
     return {
@@ -135,6 +141,7 @@ class Reference:
         self.scene = scene
         self.store = store
         self.progress = progress
+        self._masks: dict[str, Bool] = {}
 
     @cached_property
     def _mitsuba(self) -> ModuleType:
@@ -162,16 +169,36 @@ class Reference:
         SceneError
             There are none.
         """
-        coverage = self._exact("coverage").pixels[..., 0]
-        mask: Bool = coverage == 1
-        if not mask.any():
+        return self._mask("coverage")
+
+    def _mask(self, where: str) -> Bool:
+        """Pixels that have the value 1 in an exact quantity, such as `coverage`."""
+        if not where:
+            return np.ones((self.scene.sensor.height, self.scene.sensor.width), dtype=bool)
+        if where not in self._masks:
+            mask: Bool = self._exact(where).pixels[..., 0] == 1
+            if not mask.any():
+                raise SceneError(
+                    f"Scene '{self.scene.name}': the subject ({', '.join(self.scene.subject)}) covers no pixel "
+                    f"completely ({where} is 1 nowhere). At least one is needed: look whether the camera sees it, "
+                    "stands inside the room, and has enough resolution."
+                )
+            self._masks[where] = mask
+        return self._masks[where]
+
+    def require_defined(self, name: str) -> None:
+        """See that a quantity has a meaning for this scene.
+
+        Raises
+        ------
+        SceneError
+            It has none.
+        """
+        if why := quantity(name).refuses(self.features):
             raise SceneError(
-                f"Scene '{self.scene.name}': the subject ({', '.join(self.scene.subject)}) covers no pixel "
-                f"completely. At "
-                "least one is needed: look whether the camera sees it, stands inside the room, and has enough "
-                "resolution."
+                f"Scene '{self.scene.name}': {name} is not defined here: {why}. Judge another quantity, or change the "
+                "scene."
             )
-        return mask
 
     def truth(self, name: str, spp: int) -> Truth:
         """The truth of a quantity with at least `spp` samples a pixel (exact quantities ignore it).
@@ -180,13 +207,16 @@ class Reference:
         ------
         RenderError
             A block holds NaNs or infinities.
+        SceneError
+            The quantity is not defined for this scene.
         """
+        self.require_defined(name)
         found = quantity(name)
         integrator = found.integrator(self.features)
         if integrator.exact is None:
             return self._sampled(found, integrator, max(1, -(-spp // ACCUMULATORS)))
         image = self._exact(name)
-        mask = self.subject_mask if found.is_sampled else np.ones(image.pixels.shape[:2], dtype=bool)
+        mask = self._mask(found.judged_where)
         return Truth(
             name, image.provenance["key"], image.pixels[None], mask, 0, image.provenance["seconds"], integrator
         )
@@ -217,7 +247,7 @@ class Reference:
         render = integrator.block
         assert render is not None
         shelf = self.store.shelf(truth_parts(self.scene, found.name))
-        mask = self.subject_mask
+        mask = self._mask(found.judged_where)
         pixels = np.flatnonzero(mask)
         sizes = list(block_sizes(spp_each))
         is_clamped = self.scene.truth.clamp is not None

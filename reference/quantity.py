@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from reference.stage import Stage
 from scenes.features import Features
 from scenes.image import Float32, Float64
+from scenes.model import Scene
 
 ExactRender = Callable[[Stage], Float32]
 """The whole image (H, W, C), free of noise."""
@@ -35,14 +36,36 @@ class Integrator:
     block: BlockRender | None = None
 
 
+def _never(features: Features) -> str:
+    return ""
+
+
+Display = Literal["radiance", "normal", "unit", "depth", "uv"]
+"""How values become visible; see `comparisons.report.pictures.visible`."""
+
+
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity that both sides can produce. `is_sampled` if there are scenes that have no exact truth of it."""
+    """A quantity that both sides can produce.
+
+    unit         : "length" in it stands for the scene's unit of length; see `unit_in`
+    is_sampled   : whether there are scenes that have no exact truth of it
+    judged_where : the exact quantity that is 1 at the pixels where this one is judged; everywhere if empty
+    variants     : quantities that leave something out of this one, whose cost a report shows
+    refuses      : for a scene on which the quantity is not defined, the reason in words
+    """
 
     name: str
     unit: str
     summary: str
-    display: Literal["radiance", "normal", "unit", "depth"]
+    display: Display
     channels: int
     is_sampled: bool
     integrator: Callable[[Features], Integrator]
+    judged_where: str = ""
+    refuses: Callable[[Features], str] = _never
+    variants: tuple[str, ...] = ()
+
+    def unit_in(self, scene: Scene) -> str:
+        """The unit of the quantity's values in a scene."""
+        return self.unit.replace("length", scene.length_unit)

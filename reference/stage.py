@@ -14,9 +14,10 @@ from scenes.model import Scene
 
 @dataclass(frozen=True)
 class Stage:
-    """Mitsuba's scene and sensor; `subject` are the shapes whose pixels are judged."""
+    """Mitsuba's scene and sensor. `description` is the scene as data, `subject` are the shapes that are judged."""
 
     mi: ModuleType
+    description: Scene
     scene: Any
     sensor: Any
     subject: tuple[Any, ...]
@@ -42,7 +43,7 @@ def build_stage(mi: ModuleType, scene: Scene, meshes: tuple[Mesh, ...], pinhole:
     loaded = instantiate(mi, scene_dict(scene, meshes, pinhole))
     shapes = {shape.id(): shape for shape in loaded.shapes()}
     subject = tuple(shapes[f"mesh_{i}"] for i, mesh in enumerate(meshes) if mesh.is_subject)
-    return Stage(mi, loaded, loaded.sensors()[0], subject, scene.sensor.width, scene.sensor.height)
+    return Stage(mi, scene, loaded, loaded.sensors()[0], subject, scene.sensor.width, scene.sensor.height)
 
 
 def pixel_grid(width: int, rows: range, side: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

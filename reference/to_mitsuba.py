@@ -8,18 +8,21 @@ import numpy as np
 
 from scenes.geometry import texture_of
 from scenes.image import Float32
-from scenes.mesh import Mesh, Surface
+from scenes.media import coefficients
+from scenes.mesh import Interface, Mesh, Surface
 from scenes.model import (
     ConstantLight,
+    Diffuse,
     DirectionalLight,
     EnvironmentLight,
-    Material,
+    LengthUnit,
     PointLight,
     Rgb,
     Scene,
     Sensor,
     Texture,
     ThinLens,
+    Translucent,
 )
 
 Plain = dict[str, Any]
@@ -52,8 +55,12 @@ def sensor_dict(sensor: Sensor, pinhole: bool) -> Plain:
     return {"type": "perspective", **view}
 
 
-def bsdf_dict(material: Material, read_texture: Callable[[Texture], Float32]) -> Plain:
-    """A material, with textures left as linear arrays."""
+def bsdf_dict(material: Diffuse | Translucent | Interface, read_texture: Callable[[Texture], Float32]) -> Plain:
+    """A material's surface, with textures left as linear arrays."""
+    if isinstance(material, Translucent):
+        return {"type": "null"}
+    if isinstance(material, Interface):
+        return {"type": "dielectric", "int_ior": material.ior, "ext_ior": 1.0}
     reflectance = material.reflectance
     if isinstance(reflectance, Texture):
         return {
@@ -63,9 +70,26 @@ def bsdf_dict(material: Material, read_texture: Callable[[Texture], Float32]) ->
     return {"type": "diffuse", "reflectance": rgb(reflectance)}
 
 
-def mesh_dict(mesh: Mesh, read_texture: Callable[[Texture], Float32]) -> Plain:
+def medium_dict(material: Translucent, length_unit: LengthUnit) -> Plain:
+    """What fills a translucent body. Mitsuba takes colours up to 1 only, so a factor makes up for the rest."""
+    sigma_a, sigma_s = coefficients(material, length_unit)
+    sigma_t = sigma_a + sigma_s
+    albedo = np.divide(sigma_s, sigma_t, out=np.zeros(3), where=sigma_t > 0)
+    scale = float(sigma_t.max()) or 1.0
+    return {
+        "type": "homogeneous",
+        "scale": scale,
+        "sigma_t": rgb(tuple((sigma_t / scale).tolist())),
+        "albedo": rgb(tuple(albedo.tolist())),
+        "phase": {"type": "isotropic"},
+    }
+
+
+def mesh_dict(mesh: Mesh, read_texture: Callable[[Texture], Float32], length_unit: LengthUnit = "m") -> Plain:
     """A mesh with its surface left as arrays."""
     plain: Plain = {"type": "mesh", "surface": mesh.surface, "bsdf": bsdf_dict(mesh.material, read_texture)}
+    if isinstance(mesh.material, Translucent):
+        plain["interior"] = medium_dict(mesh.material, length_unit)
     if mesh.radiance is not None:
         plain["emitter"] = {"type": "area", "radiance": rgb(mesh.radiance)}
     return plain
@@ -101,7 +125,7 @@ def scene_dict(scene: Scene, meshes: Iterable[Mesh], pinhole: bool = True) -> Pl
     """The whole scene as plain data: what `instantiate` turns into Mitsuba's objects."""
     plain: Plain = {"type": "scene", "sensor": sensor_dict(scene.sensor, pinhole)}
     for i, mesh in enumerate(meshes):
-        plain[f"mesh_{i}"] = mesh_dict(mesh, lambda texture: texture_of(scene, texture))
+        plain[f"mesh_{i}"] = mesh_dict(mesh, lambda texture: texture_of(scene, texture), scene.length_unit)
     return plain | emitter_dicts(scene)
 
 
@@ -137,6 +161,8 @@ def _mesh(mi: ModuleType, name: str, value: Plain) -> Any:
     properties["mesh_bsdf"] = mi.load_dict(_resolved(mi, "bsdf", value["bsdf"]))
     if "emitter" in value:
         properties["mesh_emitter"] = mi.load_dict(_resolved(mi, "emitter", value["emitter"]))
+    if "interior" in value:
+        properties["interior"] = mi.load_dict(_resolved(mi, "interior", value["interior"]))
     mesh = mi.Mesh(
         name,
         vertex_count=len(surface.positions),

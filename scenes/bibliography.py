@@ -1,6 +1,14 @@
-"""The works that techniques and metrics are built on, by the keys under which they are cited."""
+"""The works that techniques and media are built on, by the keys under which they are cited."""
 
 BIBLIOGRAPHY = {
+    "jacques-2013": (
+        "Jacques (2013). Optical properties of biological tissues: a review. Physics in Medicine and Biology 58(11), "
+        "R37-R61."
+    ),
+    "jensen-2001": (
+        "Jensen, Marschner, Levoy, Hanrahan (2001). A Practical Model for Subsurface Light Transport. "
+        "Proc. SIGGRAPH, 511-518."
+    ),
     "nvidia-2005": (
         "NVIDIA (2005). The GeForce 7800 GTX demos: Luna and Mad Mod Mike. Conference talk, parts on indirect diffuse "
         "lighting and soft omnidirectional shadows."

@@ -7,15 +7,17 @@ every problem at once.
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
 from scenes.complaints import Complaint, shown, suggestion
+from scenes.eyes import eye_problem
 from scenes.geometry import TEXTURE_SUFFIXES
 from scenes.lines import KeyPath
+from scenes.media import MEDIA
 from scenes.mesh_files import SUFFIXES as MESH_SUFFIXES
-from scenes.model import TorusKnot
+from scenes.model import Eye, ShapeBase, TorusKnot
 from scenes.procedural import knot_problem
 
 Document = dict[str, Any]
@@ -29,6 +31,8 @@ def cross_check(document: Document, folder: Path) -> list[Complaint]:
     """Every problem between the parts of a document, or between it and the files in its folder."""
     rules: list[Callable[[Document], Iterator[Complaint]]] = [
         _material_names,
+        _media,
+        _eyes,
         _shape_names,
         _subject,
         _area_lights,
@@ -78,8 +82,51 @@ def _material_names(document: Document) -> Iterator[Complaint]:
     known = [str(path[-1]) for path, _ in _rows(document, "materials")]
     shapes = _rows(document, "shapes")
     walls = [((*path, "walls"), table["walls"]) for path, table in shapes if isinstance(table.get("walls"), dict)]
-    used = [*_texts(shapes, "material"), *(use for row in walls for wall in row[1] for use in _texts([row], wall))]
+    named = [*_texts(shapes, "material"), *_texts(_rows(document, "shapes", "eye"), "iris")]
+    used = [*named, *(use for row in walls for wall in row[1] for use in _texts([row], wall))]
     yield from (_unknown(path, "material", name, known) for path, name in used if name not in known)
+
+
+def _media(document: Document) -> Iterator[Complaint]:
+    media = _texts(_rows(document, "materials", "translucent"), "medium")
+    yield from (_unknown(path, "medium", name, list(MEDIA)) for path, name in media if name not in MEDIA)
+
+
+def _eyes(document: Document) -> Iterator[Complaint]:
+    eyes = _rows(document, "shapes", "eye")
+    translucent = _translucent_materials(document)
+    for key in ("material", "iris"):
+        for path, name in _texts(eyes, key):
+            if name in translucent:
+                yield Complaint(path, f'the translucent material "{name}"', "a diffuse one, as parts of an eye have")
+    for path, table in eyes:
+        eye = _valid(Eye, table)
+        problem = eye_problem(eye) if eye is not None else None
+        if problem is not None:
+            yield Complaint(path, *problem)
+    yield from (Complaint(path, "a second eye", "one eye in a scene") for path, _ in eyes[1:])
+
+
+def _translucent_materials(document: Document) -> set[str]:
+    return {str(path[-1]) for path, _ in _rows(document, "materials", "translucent")}
+
+
+def _shapes_that_light_passes(document: Document) -> set[str]:
+    shapes = _rows(document, "shapes")
+    translucent = _translucent_materials(document)
+    bodies = [shape for shape in shapes for _, name in _texts([shape], "material") if name in translucent]
+    return {name for _, name in _texts([*bodies, *_rows(document, "shapes", "eye")], "name")}
+
+
+ShapeType = TypeVar("ShapeType", bound=ShapeBase)
+
+
+def _valid(kind: type[ShapeType], table: dict[str, Any]) -> ShapeType | None:
+    """A shape, or None if the schema has complaints about it, which say why."""
+    try:
+        return kind.model_validate_json(json.dumps(table, default=str))
+    except ValidationError:
+        return None
 
 
 def _shape_names(document: Document) -> Iterator[Complaint]:
@@ -105,6 +152,7 @@ def _subject(document: Document) -> Iterator[Complaint]:
 def _area_lights(document: Document) -> Iterator[Complaint]:
     known = _shape_list(document)
     subject = document.get("subject")
+    clear = _shapes_that_light_passes(document)
     lit = list(_texts(_rows(document, "emitters", "area"), "shape"))
     for path, name in lit:
         if name not in known:
@@ -113,16 +161,17 @@ def _area_lights(document: Document) -> Iterator[Complaint]:
             yield Complaint(
                 path, f'an area light on the subject "{name}"', "shapes that are not judged: subjects only reflect"
             )
+        elif name in clear:
+            yield Complaint(
+                path, f'an area light on "{name}", which light passes', "shapes of diffuse material that are no eyes"
+            )
     yield from _repeated(iter(lit), "an area light on")
 
 
 def _knots(document: Document) -> Iterator[Complaint]:
     for path, table in _rows(document, "shapes", "torus_knot"):
-        try:
-            knot = TorusKnot.model_validate_json(json.dumps(table, default=str))
-        except ValidationError:  # the schema's complaints say why
-            continue
-        problem = knot_problem(knot.p, knot.q, knot.radius, knot.tube)
+        knot = _valid(TorusKnot, table)
+        problem = knot_problem(knot.p, knot.q, knot.radius, knot.tube) if knot is not None else None
         if problem is not None:
             yield Complaint(path, *problem)
 

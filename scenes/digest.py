@@ -11,7 +11,7 @@ from typing import Any
 from scenes.errors import SceneError
 from scenes.model import Scene
 
-IMAGE_PARTS = {"sensor", "materials", "shapes", "emitters", "subject"}
+IMAGE_PARTS = {"length_unit", "sensor", "materials", "shapes", "emitters", "subject"}
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
@@ -33,6 +33,36 @@ def file_digest(path: Path) -> str:
 def code_digest(*paths: Path) -> str:
     """Digest of what Python files do: comments, docstrings and layout do not matter."""
     return digest_of(*[_digest_of_code(path.read_bytes()) for path in paths])
+
+
+@cache
+def with_imports(path: Path) -> frozenset[Path]:
+    """A module's file and, whatever it imports from its own top-level package, theirs, and so on.
+
+    Modules lie where their names say, below the folder that holds the package.
+    """
+    package = next(parent for parent in path.parents if not (parent.parent / "__init__.py").exists())
+    found: set[Path] = set()
+    waiting = [path]
+    while waiting:
+        module = waiting.pop()
+        if module not in found:
+            found.add(module)
+            names = _imported_names(ast.parse(module.read_bytes()))
+            files = (package.parent.joinpath(*name.split(".")).with_suffix(".py") for name in names)
+            waiting += [file for file in files if file.is_relative_to(package) and file.exists()]
+    return frozenset(found)
+
+
+def _imported_names(tree: ast.Module) -> set[str]:
+    """The modules that import statements name, and what they import from them, which may be modules too."""
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module is not None:
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return names
 
 
 @cache

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from scenes.geometry import is_convex, texture_of
+from scenes.geometry import diffuse_reflectance, is_convex, texture_of
 from scenes.mesh import Mesh
 from scenes.model import (
     AreaLight,
@@ -10,11 +10,14 @@ from scenes.model import (
     DirectionalLight,
     DiskLight,
     EnvironmentLight,
-    Material,
+    Eye,
+    LineLight,
     PointLight,
     Scene,
+    Slab,
     Texture,
     ThinLens,
+    Translucent,
 )
 
 
@@ -28,12 +31,22 @@ class Features:
     has_surface_lights: bool
     has_sky: bool
     is_lit_by_constant_sky_alone: bool
+    is_lit_by_directional_lights_alone: bool
     has_textures: bool
     has_thin_lens: bool
+    has_media: bool
+    has_eye: bool
     subject_is_convex: bool
     subject_is_alone: bool
+    subject_is_translucent: bool
+    subject_is_slab: bool
+    """The subject is one translucent slab and nothing else."""
+
+    is_body_alone: bool
+    """Nothing but emitters that reflect nothing is beside the subject."""
+
     brightest_reflectance: float
-    """Highest reflectance of the surroundings: bounds how fast the light that bounces among them dies out."""
+    """Highest diffuse reflectance of the surroundings: bounds how fast the light that bounces among them dies out."""
 
     @property
     def has_local_or_directional_lights(self) -> bool:
@@ -42,26 +55,38 @@ class Features:
 
 def features_of(scene: Scene, meshes: tuple[Mesh, ...]) -> Features:
     """Derive the features from the scene and its geometry."""
-    kinds = [type(e) for e in scene.emitters]
-    surroundings = [m.material for m in meshes if not m.is_subject]
+    kinds = {type(e) for e in scene.emitters}
+    surroundings = [m for m in meshes if not m.is_subject]
     subjects = [m for m in meshes if m.is_subject]
+    is_translucent = bool(subjects) and all(isinstance(m.material, Translucent) for m in subjects)
+    brightest = max((_brightest(scene, m) for m in surroundings), default=0.0)
     return Features(
         is_dark=not kinds,
         has_point_lights=PointLight in kinds,
         has_directional_lights=DirectionalLight in kinds,
-        has_surface_lights=AreaLight in kinds or DiskLight in kinds,
-        has_sky=ConstantLight in kinds or EnvironmentLight in kinds,
-        is_lit_by_constant_sky_alone=kinds == [ConstantLight],
-        has_textures=any(isinstance(m.reflectance, Texture) for m in scene.materials.values()),
+        has_surface_lights=bool(kinds & {AreaLight, DiskLight, LineLight}),
+        has_sky=bool(kinds & {ConstantLight, EnvironmentLight}),
+        is_lit_by_constant_sky_alone=[type(e) for e in scene.emitters] == [ConstantLight],
+        is_lit_by_directional_lights_alone=kinds == {DirectionalLight},
+        has_textures=any(isinstance(diffuse_reflectance(m), Texture) for m in scene.materials.values()),
         has_thin_lens=isinstance(scene.sensor, ThinLens),
+        has_media=any(isinstance(m.material, Translucent) for m in meshes),
+        has_eye=any(isinstance(shape, Eye) for shape in scene.shapes),
         subject_is_convex=len(subjects) == 1 and is_convex(subjects[0].surface),
         subject_is_alone=not surroundings,
-        brightest_reflectance=max((_brightest(scene, m) for m in surroundings), default=0.0),
+        subject_is_translucent=is_translucent,
+        subject_is_slab=is_translucent and _subject_types(scene) == [Slab],
+        is_body_alone=all(m.radiance is not None for m in surroundings) and brightest == 0,
+        brightest_reflectance=brightest,
     )
 
 
-def _brightest(scene: Scene, material: Material) -> float:
-    reflectance = material.reflectance
+def _subject_types(scene: Scene) -> list[type]:
+    return [type(shape) for shape in scene.shapes if shape.name in scene.subject]
+
+
+def _brightest(scene: Scene, mesh: Mesh) -> float:
+    reflectance = diffuse_reflectance(mesh.material)
     if isinstance(reflectance, Texture):
         return float(texture_of(scene, reflectance).max())
     return max(reflectance)

@@ -7,19 +7,24 @@ from typing import assert_never
 
 import numpy as np
 
-from scenes import procedural, srgb
+from scenes import bodies, eyes, procedural, srgb
 from scenes.errors import ImageError, SceneError
 from scenes.exr import read_exr
 from scenes.image import Float32, Float64
-from scenes.mesh import Mesh, Surface
+from scenes.mesh import Interface, Mesh, Surface
 from scenes.mesh_files import load_mesh
 from scenes.model import (
+    Albedo,
     AreaLight,
     Box,
+    Capsule,
     Diffuse,
     DiskLight,
     DisplacedIcosphere,
+    Ear,
     Ellipsoid,
+    Eye,
+    LineLight,
     MeshFile,
     Rectangle,
     Rgb,
@@ -27,10 +32,14 @@ from scenes.model import (
     Scene,
     Shape,
     ShapeBase,
+    Slab,
     Sphere,
     Texture,
+    Torus,
     TorusKnot,
+    Translucent,
     Vec3,
+    Wedge,
 )
 from scenes.topology import is_watertight, signed_volume
 
@@ -40,7 +49,9 @@ BLACK = Diffuse(type="diffuse", reflectance=(0.0, 0.0, 0.0))
 
 
 def geometry_of(scene: Scene) -> tuple[Mesh, ...]:
-    """One mesh a shape, in the order of the scene; one a wall of a room ("name/left"); one a disk light ("emitter-3").
+    """One mesh a shape, in the order of the scene, and one a disk or line light ("emitter-3").
+
+    A room has one a wall ("name/left"), an eye has two ("name/sclera", "name/cornea").
 
     Raises
     ------
@@ -59,38 +70,70 @@ def geometry_of(scene: Scene) -> tuple[Mesh, ...]:
             problems.append(f'shape "{shape.name}": {error}')
     if problems:
         raise SceneError("\n".join(problems))
-    lights = [(i, light) for i, light in enumerate(scene.emitters) if isinstance(light, DiskLight)]
-    return (*meshes, *(disk_light_mesh(f"emitter-{i}", light) for i, light in lights))
+    return (*meshes, *_light_meshes(scene))
+
+
+def _light_meshes(scene: Scene) -> Iterator[Mesh]:
+    for i, light in enumerate(scene.emitters):
+        if isinstance(light, DiskLight):
+            yield disk_light_mesh(f"emitter-{i}", light)
+        elif isinstance(light, LineLight):
+            yield line_light_mesh(f"emitter-{i}", light)
 
 
 def _meshes_of(scene: Scene, shape: Shape, radiance: Rgb | None) -> Iterator[Mesh]:
     for suffix, material, surface in _surfaces_of(scene, shape):
-        if material not in scene.materials:
-            raise SceneError(
-                f'unknown material "{material}"; allowed: {", ".join(scene.materials) or "none is defined"}.'
-            )
         yield Mesh(
             name=shape.name + suffix,
             shape=shape.name,
             surface=placed(surface, shape),
-            material=scene.materials[material],
+            material=material if isinstance(material, Interface) else _material_of(scene, material),
             radiance=radiance,
             is_subject=shape.name in scene.subject,
         )
 
 
-def _surfaces_of(scene: Scene, shape: Shape) -> Iterator[tuple[str, str, Surface]]:
-    """For each surface of a shape what its name adds to the shape's, its material's name, and itself unplaced."""
-    if isinstance(shape, Room):
-        for wall, surface in procedural.room_walls(shape.size).items():
-            yield f"/{wall}", shape.walls.get(wall, shape.material), surface
-    else:
-        yield "", shape.material, _surface_of(scene, shape)
+def _material_of(scene: Scene, name: str) -> Diffuse | Translucent:
+    if name not in scene.materials:
+        raise SceneError(f'unknown material "{name}"; allowed: {", ".join(scene.materials) or "none is defined"}.')
+    return scene.materials[name]
 
 
-def _surface_of(
-    scene: Scene, shape: Sphere | Ellipsoid | DisplacedIcosphere | TorusKnot | Box | Rectangle | MeshFile
-) -> Surface:
+def diffuse_reflectance(material: Diffuse | Translucent | Interface) -> Albedo | Texture:
+    """What a material's surface reflects diffusely: nothing, if light passes through it."""
+    return material.reflectance if isinstance(material, Diffuse) else (0.0, 0.0, 0.0)
+
+
+def _surfaces_of(scene: Scene, shape: Shape) -> Iterator[tuple[str, str | Interface, Surface]]:
+    """For each surface of a shape what its name adds to the shape's, its material or the name of it, itself."""
+    match shape:
+        case Room():
+            for wall, surface in procedural.room_walls(shape.size).items():
+                yield f"/{wall}", shape.walls.get(wall, shape.material), surface
+        case Eye():
+            yield "/sclera", shape.material, eyes.sclera(shape)
+            yield "/cornea", Interface(shape.ior), eyes.cornea(shape)
+        case _:
+            yield "", shape.material, _surface_of(scene, shape)
+
+
+OfOneSurface = (
+    Sphere
+    | Ellipsoid
+    | DisplacedIcosphere
+    | TorusKnot
+    | Box
+    | Rectangle
+    | Slab
+    | Wedge
+    | Capsule
+    | Torus
+    | Ear
+    | MeshFile
+)
+
+
+def _surface_of(scene: Scene, shape: OfOneSurface) -> Surface:  # noqa: C901 - one line a shape
     match shape:
         case Sphere():
             return procedural.sphere(shape.radius, shape.detail)
@@ -106,26 +149,25 @@ def _surface_of(
             return procedural.box(shape.size)
         case Rectangle():
             return procedural.rectangle(shape.size)
+        case Slab():
+            return bodies.slab(shape.thickness, shape.width)
+        case Wedge():
+            return bodies.wedge(shape.size, shape.thin, shape.thick)
+        case Capsule():
+            return bodies.capsule(shape.radius, shape.length, shape.detail)
+        case Torus():
+            return bodies.torus(shape.radius, shape.tube, shape.segments, shape.sides)
+        case Ear():
+            return bodies.ear(shape.height, shape.membrane, shape.cells)
         case MeshFile():
             return load_mesh(scene.folder / shape.path, shape.shading, shape.closed)
         case _:
             assert_never(shape)
 
 
-def rotation_xyz(degrees: Vec3) -> Float64:
-    """The matrix (3, 3) that turns column vectors about x, then y, then z, counter-clockwise seen from the tips."""
-    (cx, cy, cz), (sx, sy, sz) = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
-    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
-    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    turned: Float64 = about_z @ about_y @ about_x
-    return turned
-
-
 def placed(surface: Surface, shape: ShapeBase) -> Surface:
     """The surface scaled, turned and moved as the shape says."""
-    rotation = rotation_xyz(shape.rotation_deg)
-    return _moved(surface, shape.scale, rotation, shape.position)
+    return _moved(surface, shape.scale, procedural.rotation_xyz(shape.rotation_deg), shape.position)
 
 
 def _moved(surface: Surface, scale: float, rotation: Float64, position: Vec3) -> Surface:
@@ -137,6 +179,15 @@ def _moved(surface: Surface, scale: float, rotation: Float64, position: Vec3) ->
 def disk_light_mesh(name: str, light: DiskLight) -> Mesh:
     """A disk that faces along the light's normal, emits its radiance and reflects nothing."""
     surface = _moved(procedural.disk(light.radius), 1.0, _basis(light.normal), light.position)
+    return Mesh(name, name, surface, BLACK, light.radiance, is_subject=False)
+
+
+def line_light_mesh(name: str, light: LineLight) -> Mesh:
+    """A closed tube between the light's ends that emits its radiance and reflects nothing."""
+    start, end = np.array(light.start), np.array(light.end)
+    along_y = np.roll(_basis(tuple(end - start)), -1, axis=1)
+    unplaced = bodies.tube(light.radius, float(np.linalg.norm(end - start)))
+    surface = _moved(unplaced, 1.0, along_y, tuple(0.5 * (start + end)))
     return Mesh(name, name, surface, BLACK, light.radiance, is_subject=False)
 
 

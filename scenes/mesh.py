@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.image import Float32
-from scenes.model import Material, Rgb
+from scenes.model import Diffuse, Rgb, Translucent
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,19 @@ class Surface:
 
 
 @dataclass(frozen=True)
+class Interface:
+    """A smooth surface of something clear with the refractive index `ior`: the cornea of an eye."""
+
+    ior: float
+
+
+@dataclass(frozen=True)
 class Mesh:
     """A surface placed in a scene: which shape it came from, what it is made of, what it emits."""
 
     name: str
     shape: str
     surface: Surface
-    material: Material
+    material: Diffuse | Translucent | Interface
     radiance: Rgb | None
     is_subject: bool

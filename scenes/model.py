@@ -1,7 +1,8 @@
 """A scene as data: what is seen, by which sensor, under which light, and which checks it must pass.
 
 Everything is frozen and strict: an unknown key, a wrong type, a NaN or an infinity is an error. Lengths are metres,
-angles carry the suffix `_deg`, colours are linear RGB with Rec. 709 primaries. Axes are right-handed with +Y up.
+angles carry the suffix `_deg`, colours are linear RGB with Rec. 709 primaries. Axes are right-handed with +Y up. A
+scene of small things may choose another unit of length; areas and coefficients then go by that unit too.
 """
 
 from pathlib import Path
@@ -19,6 +20,8 @@ Rgb = tuple[NonNegative, NonNegative, NonNegative]
 Albedo = tuple[Reflectance, Reflectance, Reflectance]
 Sentence = Annotated[str, Field(min_length=8)]
 
+
+LengthUnit = Literal["m", "mm"]
 
 PIXEL_GRID = 8
 """Geometric quantities are means over a regular grid of this many positions along each side of a pixel."""
@@ -83,7 +86,34 @@ class Diffuse(Strict):
     reflectance: Albedo | Texture
 
 
-Material = Diffuse
+class Translucent(Strict):
+    """A body that light enters, is scattered in and leaves again; its shape must be closed.
+
+    The medium is homogeneous and scatters evenly in all directions with the reduced coefficient sigma_s' = (1 - g)
+    sigma_s, which stands for a forward scattering medium after a few events (similarity theory: van de Hulst 1980,
+    "Multiple Light Scattering", section 14.1). Its refractive index is that of the surroundings: nothing is reflected
+    or refracted at the surface.
+
+    medium  : a name from `scenes.media`, whose coefficients are measured; or instead of it
+    sigma_a : absorption, sigma_s : reduced scattering, both per unit of length of the scene
+    """
+
+    type: Literal["translucent"]
+    medium: str | None = None
+    sigma_a: Rgb | None = None
+    sigma_s: Rgb | None = None
+
+    @model_validator(mode="after")
+    def _has_one_medium(self) -> "Translucent":
+        numbers = [self.sigma_a is not None, self.sigma_s is not None]
+        if self.medium is not None and any(numbers):
+            raise ValueError("give either medium, or sigma_a and sigma_s")
+        if self.medium is None and not all(numbers):
+            raise ValueError("give medium, or both sigma_a and sigma_s")
+        return self
+
+
+Material = Annotated[Diffuse | Translucent, Field(discriminator="type")]
 
 
 class ShapeBase(Strict):
@@ -159,6 +189,112 @@ class Rectangle(ShapeBase):
     size: tuple[Positive, Positive]
 
 
+class Slab(ShapeBase):
+    """A plane-parallel layer between z = -thickness / 2 and z = thickness / 2, faces outward.
+
+    It stands for one that has no edge: make `width` so large that the camera sees nothing of where it ends.
+    """
+
+    type: Literal["slab"]
+    thickness: Positive
+    width: Positive
+
+
+class Wedge(ShapeBase):
+    """A slice whose thickness along z grows evenly from `thin` at -x to `thick` at +x; closed, faces outward."""
+
+    type: Literal["wedge"]
+    size: tuple[Positive, Positive]
+    thin: Positive
+    thick: Positive
+
+
+class Capsule(ShapeBase):
+    """All points within `radius` of a line of `length` along y: a finger."""
+
+    type: Literal["capsule"]
+    radius: Positive
+    length: Positive
+    detail: Annotated[int, Field(ge=8, le=512)] = 64
+
+
+class Torus(ShapeBase):
+    """A ring around y: a tube of radius `tube`, its middle at `radius` from the axis."""
+
+    type: Literal["torus"]
+    radius: Positive
+    tube: Positive
+    segments: Annotated[int, Field(ge=8, le=4096)] = 192
+    sides: Annotated[int, Field(ge=3, le=512)] = 64
+
+    @model_validator(mode="after")
+    def _has_a_hole(self) -> "Torus":
+        if self.tube >= self.radius:
+            raise ValueError("tube must be smaller than radius")
+        return self
+
+
+class Ear(ShapeBase):
+    """A bat's ear: a thin dish of `membrane` thickness that grows out of a round body, faces outward.
+
+    The dish is `height` tall along y, stands on the body and opens towards +z. Its surface is the zero set of a
+    signed distance, on a grid of `cells` along its height.
+    """
+
+    type: Literal["ear"]
+    height: Positive
+    membrane: Positive
+    cells: Annotated[int, Field(ge=32, le=512)] = 160
+
+
+class Endothelium(Strict):
+    """The back of the cornea: a sphere of `radius`, `thickness` behind the apex, with the index `ior` behind it."""
+
+    radius: Positive
+    thickness: Positive
+    ior: Annotated[float, Field(ge=1, le=3)]
+
+
+class Eye(ShapeBase):
+    """An eye that looks along its own +y, with the centre of the sclera's sphere at its origin.
+
+    sclera_radius    : the white of the eye; its material is the shape's, under a smooth film of index `ior`
+    cornea_radius    : sphere of the cornea, which meets the sclera in the limbus
+    limbus_radius    : of that circle, and of the iris
+    ior              : refractive index behind the cornea's front (inside the cornea, if there is an endothelium)
+    endothelium      : the second refracting surface, if there is one
+    iris             : its material; a texture spans the disk, u along +x, v along -z
+    iris_depth       : from the cornea's apex back to the plane of the iris' rim; the plane of the limbus if not given
+    iris_curvature   : radius of the concave sphere (a bowl that opens towards the cornea) on which the iris lies; flat
+        if not given
+    pupil_radius     : of the disk in the iris' middle that reflects nothing
+    """
+
+    type: Literal["eye"]
+    sclera_radius: Positive
+    cornea_radius: Positive
+    limbus_radius: Positive
+    ior: Annotated[float, Field(gt=1, le=3)]
+    endothelium: Endothelium | None = None
+    iris: Name
+    iris_depth: Positive | None = None
+    iris_curvature: Positive | None = None
+    pupil_radius: NonNegative = 0.0
+    detail: Annotated[int, Field(ge=16, le=1024)] = 192
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> "Eye":
+        if self.limbus_radius >= min(self.sclera_radius, self.cornea_radius):
+            raise ValueError("limbus_radius must be smaller than sclera_radius and cornea_radius")
+        if self.cornea_radius > self.sclera_radius:
+            raise ValueError("cornea_radius must not exceed sclera_radius")
+        if self.iris_curvature is not None and self.iris_curvature <= self.limbus_radius:
+            raise ValueError("iris_curvature must exceed limbus_radius")
+        if self.pupil_radius >= self.limbus_radius:
+            raise ValueError("pupil_radius must be smaller than limbus_radius")
+        return self
+
+
 class MeshFile(ShapeBase):
     """Triangles from a PLY, OBJ, STL or GLB file relative to the scene; `closed` demands a watertight surface."""
 
@@ -169,7 +305,21 @@ class MeshFile(ShapeBase):
 
 
 Shape = Annotated[
-    Sphere | Ellipsoid | DisplacedIcosphere | TorusKnot | Box | Room | Rectangle | MeshFile, Field(discriminator="type")
+    Sphere
+    | Ellipsoid
+    | DisplacedIcosphere
+    | TorusKnot
+    | Box
+    | Room
+    | Rectangle
+    | Slab
+    | Wedge
+    | Capsule
+    | Torus
+    | Ear
+    | Eye
+    | MeshFile,
+    Field(discriminator="type"),
 ]
 
 
@@ -219,6 +369,22 @@ class DiskLight(Strict):
         return self
 
 
+class LineLight(Strict):
+    """A thin glowing tube from `start` to `end`, such as a beam of plasma. It emits `radiance` and reflects nothing."""
+
+    type: Literal["line"]
+    start: Vec3
+    end: Vec3
+    radius: Positive
+    radiance: Rgb
+
+    @model_validator(mode="after")
+    def _has_a_length(self) -> "LineLight":
+        if self.start == self.end:
+            raise ValueError("start and end must differ")
+        return self
+
+
 class ConstantLight(Strict):
     """Uniform `radiance` [W/(m² sr)] from infinitely far away."""
 
@@ -238,7 +404,7 @@ class EnvironmentLight(Strict):
 
 
 Emitter = Annotated[
-    PointLight | DirectionalLight | AreaLight | DiskLight | ConstantLight | EnvironmentLight,
+    PointLight | DirectionalLight | AreaLight | DiskLight | LineLight | ConstantLight | EnvironmentLight,
     Field(discriminator="type"),
 ]
 
@@ -296,6 +462,7 @@ class Scene(Strict):
     folder: Path
     title: str
     description: str = ""
+    length_unit: LengthUnit = "m"
     sensor: Sensor
     materials: dict[Name, Material]
     shapes: Annotated[tuple[Shape, ...], Field(min_length=1)]

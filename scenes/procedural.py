@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scenes.errors import SceneError
 from scenes.image import Float64
 from scenes.mesh import Surface
-from scenes.model import WallName
+from scenes.model import Vec3, WallName
 
 Faces = NDArray[np.int64]
 
@@ -38,6 +38,16 @@ def normalised(vectors: Float64) -> Float64:
     """Vectors (..., 3) scaled to length 1."""
     lengths: Float64 = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / lengths
+
+
+def rotation_xyz(degrees: Vec3) -> Float64:
+    """The matrix (3, 3) that turns column vectors about x, then y, then z, counter-clockwise seen from the tips."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    turned: Float64 = about_z @ about_y @ about_x
+    return turned
 
 
 def icosphere(detail: int) -> tuple[Float64, Faces]:
@@ -197,6 +207,46 @@ def _wrapped_grid_faces(rows: int, columns: int) -> Faces:
     i_next, j_next = (i + 1) % rows, (j + 1) % columns
     a, b, c, d = i * columns + j, i_next * columns + j, i_next * columns + j_next, i * columns + j_next
     return np.stack([a, c, b, a, d, c], axis=-1).reshape(-1, 3)
+
+
+def revolved(profile: Float64, normals: Float64, segments: int) -> Surface:
+    """The surface that a curve sweeps when it turns about y.
+
+    profile  : (R, 2) distances from the axis and heights, with the outside on the right of who walks along the curve
+    normals  : (R, 2) the outward normals there, of unit length
+    segments : how many parts a full turn has
+
+    u = 0.5 at +z and grows towards +x, v grows with the length along the curve. Where the curve meets the axis there
+    are triangles, quadrilaterals of two triangles elsewhere.
+    """
+    turn = 2 * np.pi * (np.arange(segments + 1) % segments) / segments - np.pi
+    across = np.column_stack([np.sin(turn), np.cos(turn)])
+    steps = np.linalg.norm(np.diff(profile, axis=0), axis=1)
+    v = np.concatenate([[0.0], np.cumsum(steps)]) / steps.sum()
+    u = np.arange(segments + 1) / segments
+    uvs = np.stack(np.broadcast_arrays(u[None, :], v[:, None]), axis=-1)
+    return make_surface(
+        _turned(profile, across),
+        _turned(normals, across),
+        uvs.reshape(-1, 2),
+        _strip_faces(profile[:, 0] == 0, segments),
+    )
+
+
+def _turned(curve: Float64, across: Float64) -> Float64:
+    """Points (R, 2) of a half plane in each of the directions (C, 2) of x and z, row by row (R * C, 3)."""
+    x, z = curve[:, :1] * across[:, 0], curve[:, :1] * across[:, 1]
+    return np.stack(np.broadcast_arrays(x, curve[:, 1:], z), axis=-1).reshape(-1, 3)
+
+
+def _strip_faces(is_pole: NDArray[np.bool_], segments: int) -> Faces:
+    """Two triangles a cell of a grid with `segments` + 1 columns, but for those that a row in one point collapses."""
+    i, j = np.meshgrid(np.arange(len(is_pole) - 1), np.arange(segments), indexing="ij")
+    a = i * (segments + 1) + j
+    b, c, d = a + 1, a + segments + 2, a + segments + 1
+    lower = np.stack([a, b, c], axis=-1)[~is_pole[:-1]]
+    upper = np.stack([a, c, d], axis=-1)[~is_pole[1:]]
+    return np.concatenate([lower.reshape(-1, 3), upper.reshape(-1, 3)])
 
 
 def rectangle(size: Sequence[float]) -> Surface:

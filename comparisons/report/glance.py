@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from comparisons.metrics import METRICS
 from comparisons.report.numbers import format_interval, format_metric, format_percent, format_seconds
 
 
@@ -16,6 +17,7 @@ class Glance:
     """
 
     technique: str
+    quantity: str
     how: str
     checks: int
     metric: str
@@ -31,7 +33,7 @@ class Glance:
 
 
 def glances_of(checks: Sequence[tuple[str, Mapping[str, Any]]]) -> tuple[Glance, ...]:
-    """Rows in the order of their worst error, the largest first.
+    """Rows in the order of their worst error, the largest first; errors that have a unit come after the ratios.
 
     Parameters
     ----------
@@ -43,8 +45,14 @@ def glances_of(checks: Sequence[tuple[str, Mapping[str, Any]]]) -> tuple[Glance,
         if first is not None and first.get("value") is not None:
             key = (raw["technique"], bool(raw.get("fit_exposure")), first["metric"])
             groups.setdefault(key, []).append((anchor, raw))
-    ordered = sorted(groups.items(), key=lambda group: -max(_size(raw) for _, raw in group[1]))
+    ordered = sorted(
+        groups.items(), key=lambda group: (not _is_ratio(group[0][2]), -max(_size(r) for _, r in group[1]))
+    )
     return tuple(_row(key, members) for key, members in ordered)
+
+
+def _is_ratio(metric: str) -> bool:
+    return metric in METRICS and METRICS[metric].unit == "1"
 
 
 def _size(raw: Mapping[str, Any]) -> float:
@@ -59,6 +67,7 @@ def _row(key: tuple[str, bool, str], members: Sequence[tuple[str, Mapping[str, A
     unit = worst.get("unit") or ""
     return Glance(
         technique=technique,
+        quantity=worst["quantity"],
         how="exposure fitted" if fitted else "",
         checks=len(members),
         metric=metric,

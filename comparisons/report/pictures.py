@@ -1,17 +1,16 @@
 """The pictures of a check: both images made visible, and where they differ."""
 
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comparisons.significance import Significance
+from reference.quantity import Display
 from reference.store import beside_of
 from scenes.errors import ImageError
 from scenes.image import Bool, Float32, Float64
 
-Display = Literal["radiance", "normal", "unit", "depth"]
 Bytes = NDArray[np.uint8]
 
 # Cynthia Brewer, ColorBrewer 2.0, "RdBu", 5 classes, reversed: safe for colour-blind readers.
@@ -19,18 +18,6 @@ DIVERGING = ("#0571b0", "#92c5de", "#f7f7f7", "#f4a582", "#ca0020")
 NOT_JUDGED = "#3a3a3a"
 WITHIN_NOISE = "#bdbdbd"
 NOT_A_NUMBER = "#ff00ff"
-
-_DISPLAY_OF: dict[str, Display] = {
-    "depth": "depth",
-    "normal": "normal",
-    "coverage": "unit",
-    "albedo": "unit",
-}
-
-
-def display_of(quantity: str) -> Display:
-    """How a quantity is made visible; everything that is not listed is radiance."""
-    return _DISPLAY_OF.get(quantity, "radiance")
 
 
 def write_pictures(
@@ -56,7 +43,7 @@ def write_pictures(
     stem : str
         A file name without folders, different for each check.
     test, truth : (H, W, C) float32
-        Linear values of the quantity, row 0 at the top, C = 1 or 3.
+        Linear values of the quantity, row 0 at the top, C = 1 to 3.
     mask : (H, W) bool
         The pixels that are judged.
     exposure : float
@@ -98,14 +85,20 @@ def write_pictures(
 def visible(pixels: Float32, exposure: float, display: Display) -> Float64:
     """Map values of a quantity to display values in [0, 1], (H, W, C); what is not a number stays so.
 
-    radiance: exposed, tone-mapped and sRGB-encoded; normal: (n + 1) / 2; unit: as it is; depth: times `exposure`.
+    radiance: exposed, tone-mapped and sRGB-encoded; normal: (n + 1) / 2; unit and uv: as they are; depth: times
+    `exposure`.
     """
     if display == "radiance":
         from comparisons.tonemap import to_display
 
         finite = np.isfinite(pixels)
         return np.where(finite, to_display(np.where(finite, pixels, 0), exposure), np.nan)
-    scale, offset = {"normal": (0.5, 0.5), "unit": (1.0, 0.0), "depth": (exposure, 0.0)}[display]
+    scale, offset = {
+        "normal": (0.5, 0.5),
+        "unit": (1.0, 0.0),
+        "uv": (1.0, 0.0),
+        "depth": (exposure, 0.0),
+    }[display]
     return np.clip(pixels.astype(np.float64) * scale + offset, 0, 1)
 
 
@@ -154,7 +147,8 @@ def _smoothed(error: Float64, mask: Bool, sigma: float) -> Float64:
 
 def _bytes(shown: Float64, mask: Bool) -> Bytes:
     """Quantise display values; a pixel without a value is magenta where it is judged and grey elsewhere."""
-    rgb = 255 * np.repeat(shown, 3 // shown.shape[2], axis=2)
+    count = shown.shape[2]
+    rgb = 255 * (np.pad(shown, ((0, 0), (0, 0), (0, 1))) if count == 2 else np.repeat(shown, 3 // count, axis=2))
     undefined = np.logical_or.reduce(np.isnan(rgb), axis=2)
     rgb[undefined & mask] = _rgb(NOT_A_NUMBER)
     rgb[undefined & ~mask] = _rgb(NOT_JUDGED)
@@ -171,9 +165,9 @@ def _rgb(colour: str) -> tuple[int, int, int]:
 
 
 def _validate(test: Float32, truth: Float32, mask: Bool, error_scale: float) -> None:
-    if test.ndim != 3 or test.shape[2] not in (1, 3) or test.shape != truth.shape or mask.shape != test.shape[:2]:
+    if test.ndim != 3 or test.shape[2] not in (1, 2, 3) or test.shape != truth.shape or mask.shape != test.shape[:2]:
         raise ImageError(
-            "The pictures of a check need two images (H, W, 1 or 3) of one size and a mask (H, W), but got "
+            "The pictures of a check need two images (H, W, 1 to 3) of one size and a mask (H, W), but got "
             f"{test.shape}, {truth.shape} and {mask.shape}. Render both sides with the same sensor."
         )
     if not error_scale > 0:

@@ -17,7 +17,6 @@ from comparisons.report.numbers import (
     format_percent,
     format_seconds,
 )
-from comparisons.report.pictures import display_of
 from scenes.errors import InputError
 
 SCHEMA = 1
@@ -82,6 +81,7 @@ class CheckView:
     tested: bool
     significance: str
     limits: tuple[str, ...]
+    variants: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -207,7 +207,7 @@ def _check_of(number: int, raw: Results) -> CheckView:
         for criterion in raw.get("criteria") or []
     )
     limits = (raw.get("card") or {}).get("limits") or ()
-    radiance = display_of(raw["quantity"]) == "radiance"
+    radiance = raw.get("display", "radiance") == "radiance"
     return CheckView(
         anchor=f"check-{number}",
         raw=raw,
@@ -226,6 +226,7 @@ def _check_of(number: int, raw: Results) -> CheckView:
         tested="significance" in (raw.get("images") or {}),
         significance=_significance(raw.get("significance")),
         limits=(limits,) if isinstance(limits, str) else tuple(limits),
+        variants=tuple(_variant(variant) for variant in raw.get("variants") or ()),
     )
 
 
@@ -301,9 +302,11 @@ def _length(use: float) -> float:
 def _shown(raw: Results) -> str:
     """How the pictures of a check were made visible, in words."""
     exposure = raw.get("exposure_display")
-    display = display_of(raw["quantity"])
+    display = raw.get("display", "radiance")
     if display == "normal":
         return "Normals shown as (n + 1) / 2."
+    if display == "uv":
+        return "Red is u, green is v, both from 0 to 1."
     if display == "unit":
         return "Black is 0, white is 1."
     if display == "depth":
@@ -318,6 +321,13 @@ def _significance(raw: Results | None) -> str:
         return MISSING
     share, rate = (format_percent(raw.get(key), trim=True) for key in ("share", "false_discovery_rate"))
     return f"{share} of the judged pixels, at a false discovery rate of {rate}"
+
+
+def _variant(raw: Results) -> str:
+    """What a truth that leaves something out is wrong by, in words."""
+    error = f"{format_metric('nrmse', raw['nrmse'])} {format_interval('nrmse', raw['low'], raw['high'])}"
+    energy = format_metric("energy_bias", raw["energy_bias"])
+    return f"{raw['quantity']} ({raw['summary']}): nrmse {error}, energy_bias {energy}"
 
 
 def _setting(value: bool | int | float | str) -> str:

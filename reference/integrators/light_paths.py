@@ -17,25 +17,19 @@ SURVIVAL_AT_MOST = 0.95
 UNBOUNDED = 0xFFFFFFFF
 
 
-def trace_light_paths(
-    stage: Stage, sampler: Any, ray: Any, fewest: int, most: int = UNBOUNDED, clamp: float | None = None
-) -> tuple[Any, Any]:
+def trace_light_paths(stage: Stage, sampler: Any, ray: Any, fewest: int, most: int = UNBOUNDED) -> tuple[Any, Any]:
     """One path for each camera ray that meets the subject: light that was reflected `fewest` to `most` times.
 
     Light of an emitter that the sensor sees was reflected 0 times, direct light once.
 
     Returns
     -------
-    Radiance, clamped where `clamp` is given, and what clamping removed. What was reflected 0 times is never clamped.
+    Radiance of the emitters that the sensor sees, and of all other paths.
     """
     mi = stage.mi
     bounds = mi.UInt32(fewest), mi.UInt32(most)
     seen, reflected = _loop(mi, stage.scene, stage.is_subject, sampler, mi.Ray3f(ray), mi.Bool(True), *bounds)
-    if clamp is None:
-        return seen + reflected, mi.Color3f(0.0)
-    brightest = dr.max(reflected)
-    kept = reflected * dr.select(brightest > clamp, clamp / brightest, 1.0)
-    return seen + kept, reflected - kept
+    return seen, reflected
 
 
 @dr.syntax  # type: ignore[untyped-decorator]

@@ -50,7 +50,7 @@ def _quantity(
 QUANTITIES = {
     q.name: q
     for q in (
-        _quantity("depth", "m", "distance along the viewing axis", "depth", 1, _depth),
+        _quantity("depth", "length", "distance along the viewing axis", "depth", 1, _depth),
         _quantity("normal", "1", "shading normal in world space", "normal", 3, _normal),
         _quantity("albedo", "1", "diffuse reflectance of the first surface", "unit", 3, reflectance),
         _quantity("coverage", "1", "fraction of the pixel that the subject covers", "unit", 1, _coverage),

@@ -48,7 +48,7 @@ def criterion(measured: Triple, most: float | None = 1.0, least: float | None = 
 
 def check(*criteria: CriterionResult, technique: str = "t") -> CheckResult:
     return CheckResult(
-        "s", "S", "q", technique, {}, False, Verdict.PASS, "", criteria, "1", {}, "lightgauge run s", spp=64
+        "s", "S", "q", technique, {}, False, Verdict.PASS, "", criteria, "1", "radiance", {}, "lightgauge run s", spp=64
     )
 
 

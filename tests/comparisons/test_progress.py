@@ -10,6 +10,7 @@ from comparisons.parity import PARITY
 from comparisons.progress import PLAIN_EVERY_SECONDS, Display
 from comparisons.result import CheckResult, empty_result
 from realtime.techniques import technique
+from reference.quantities import quantity
 from scenes.load import find_scene, load_scene
 
 
@@ -21,7 +22,7 @@ class Terminal(io.StringIO):
 @pytest.fixture
 def result() -> CheckResult:
     scene = load_scene(find_scene("parity-wide"))
-    return empty_result(scene, "parity-wide", PARITY[0], technique("raster.normal"), "1")
+    return empty_result(scene, "parity-wide", PARITY[0], technique("raster.normal"), quantity("normal"))
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image as Picture
 
 from comparisons.gate import Verdict
-from comparisons.report import display_of, view, write_pictures, write_report
+from comparisons.report import view, write_pictures, write_report
 from comparisons.report.numbers import (
     format_bound,
     format_count,
@@ -33,6 +33,7 @@ from comparisons.report.pictures import (
 )
 from comparisons.report.view import BAR_BUDGET, BAR_LENGTH, GLYPHS, SEVERITY, budget_use, page_of
 from comparisons.significance import Significance
+from reference.quantity import Display
 from scenes.errors import ImageError, InputError
 
 SCALE = 0.25
@@ -93,6 +94,16 @@ def check(**changes: Any) -> dict[str, Any]:
             "criteria": {"nrmse": [0.0725, 0.07, 0.075], "energy_bias": [0.01, 0.005, 0.015], "flip": [0.0, 0.0, 0.0]},
         },
         "slack": "budget slack: flip fell far.",
+        "variants": [
+            {
+                "quantity": "one_bounce",
+                "summary": "without the others",
+                "nrmse": 0.211,
+                "low": 0.2,
+                "high": 0.222,
+                "energy_bias": -0.153,
+            }
+        ],
     } | changes
 
 
@@ -282,6 +293,19 @@ def test_what_was_accepted_stands_beside_what_is_measured(tmp_path: Path) -> Non
     assert "accepted" not in page_text(tmp_path, results(check(accepted=None, slack="")))
 
 
+def test_the_page_tells_what_a_truth_would_lose_without_a_part(tmp_path: Path) -> None:
+    said = "one_bounce (without the others): nrmse 21.1\u202f% [20.0, 22.2], energy_bias −15.3\u202f%"
+    assert said in page_text(tmp_path, results(check()))
+    assert "What the truth would lose" not in page_text(tmp_path, results(check(variants=[])))
+
+
+def test_the_glance_puts_ratios_before_errors_that_have_a_unit() -> None:
+    uv = check(technique="cornea", criteria=[criterion("rms", 3.0, max=4.0)], unit="mm")
+    rows = page_of(results(uv, check())).glances
+    assert [row.technique for row in rows] == ["indirect.irradiance", "cornea"]
+    assert rows[0].quantity == "indirect_radiance"
+
+
 def test_every_verdict_has_a_rank_a_glyph_and_colours() -> None:
     verdicts = {str(verdict) for verdict in Verdict}
     style = (Path(view.__file__).parent / "templates" / "style.css").read_text(encoding="utf-8")
@@ -459,22 +483,23 @@ def test_the_picture_of_significance_is_written_on_demand(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ("quantity", "pixel", "exposure", "shown"),
+    ("display", "pixel", "exposure", "shown"),
     [
         ("normal", [-1, 0, 1], 1.0, [0, 128, 255]),
-        ("coverage", [0.2], 1.0, [51, 51, 51]),
+        ("unit", [0.2], 1.0, [51, 51, 51]),
         ("depth", [2.0], 0.1, [51, 51, 51]),
         ("depth", [20.0], 0.1, [255, 255, 255]),
         ("depth", [math.nan], 0.1, colour(NOT_A_NUMBER)),
-        ("indirect_radiance", [math.inf, 0, 0], 1.0, colour(NOT_A_NUMBER)),
+        ("radiance", [math.inf, 0, 0], 1.0, colour(NOT_A_NUMBER)),
+        ("uv", [0.2, 1.0], 1.0, [51, 255, 0]),
     ],
 )
 def test_quantities_are_made_visible(
-    tmp_path: Path, quantity: str, pixel: list[float], exposure: float, shown: list[int]
+    tmp_path: Path, display: Display, pixel: list[float], exposure: float, shown: list[int]
 ) -> None:
     test = np.array([[pixel]], dtype=np.float32)
     truth = np.zeros_like(test)
-    paths = write_pictures(tmp_path, "a", test, truth, np.ones((1, 1), bool), exposure, 1.0, display_of(quantity))
+    paths = write_pictures(tmp_path, "a", test, truth, np.ones((1, 1), bool), exposure, 1.0, display)
     assert read(tmp_path / paths["realtime"])[0, 0].tolist() == shown
 
 

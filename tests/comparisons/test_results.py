@@ -80,7 +80,7 @@ def test_a_measurement_that_is_no_number_is_null(criterion: CriterionResult, val
     assert replace(back, value=0, low=0, high=0) == replace(criterion, value=0, low=0, high=0)
 
 
-BARE = CheckResult("s", "S", "depth", "t", {}, False, Verdict.ERROR, "", (), "m", {}, "lightgauge run s")
+BARE = CheckResult("s", "S", "depth", "t", {}, False, Verdict.ERROR, "", (), "m", "depth", {}, "lightgauge run s")
 
 
 @given(criteria)

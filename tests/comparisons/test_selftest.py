@@ -57,7 +57,7 @@ def check(*criteria: Criterion, fit_exposure: bool = False) -> Check:
 def tried(
     tested: Check, image: Float32 = TRUTH, truth_at: Callable[[int], Truth] | None = None, limit: int = 4096
 ) -> dict[str, Trial]:
-    trials = trials_of("scene/check", tested, image, truth_at or exact(), limit)
+    trials = trials_of("scene/check", tested, "W", image, truth_at or exact(), limit)
     assert [t.mutant for t in trials] == list(MUTANTS)
     return {t.mutant: t for t in trials}
 

@@ -22,6 +22,7 @@ from realtime.frame import Frame
 from realtime.graph import Pass
 from realtime.technique import Technique
 from realtime.techniques import MODULES, technique
+from reference.quantities import quantity
 from reference.store import Store
 from scenes.image import Float32
 from scenes.load import find_scene, load_scene
@@ -307,7 +308,7 @@ def test_darkness_on_both_sides_is_no_agreement(with_truth: Path, lightgauge: Ru
 
 def result_with(verdict: Verdict, status: int = 0) -> CheckResult:
     scene = load_scene(find_scene("parity-wide"))
-    result = empty_result(scene, "parity-wide", PARITY[0], technique("raster.normal"), "1")
+    result = empty_result(scene, "parity-wide", PARITY[0], technique("raster.normal"), quantity("normal"))
     return replace(result, verdict=verdict, exit_status=status)
 
 

@@ -108,3 +108,10 @@ def test_every_registered_quantity_is_described(name: str, make_scene: MakeScene
 def test_an_unknown_quantity_lists_the_known_ones_and_the_closest() -> None:
     with pytest.raises(InputError, match=r"Unknown quantity 'dpeth'.*normal.*Did you mean 'depth'\?"):
         quantity("dpeth")
+
+
+@pytest.mark.parametrize(
+    ("name", "length", "unit"), [("depth", "mm", "mm"), ("radiance", "m", "W/(m² sr)"), ("normal", "mm", "1")]
+)
+def test_a_unit_goes_by_the_length_of_the_scene(make_scene: MakeScene, name: str, length: str, unit: str) -> None:
+    assert quantity(name).unit_in(make_scene(length_unit=length)) == unit

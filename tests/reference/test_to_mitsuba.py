@@ -195,3 +195,34 @@ def test_film_positions_are_regular_and_of_single_precision() -> None:
     assert y[:4].tolist() == [5.25, 5.25, 5.75, 5.75]
     assert x.reshape(2, 3, 4).mean(axis=2).tolist() == [[0.5, 1.5, 2.5]] * 2
     assert y.reshape(2, 3, 4).mean(axis=2).tolist() == [[5.5] * 3, [6.5] * 3]
+
+
+BALL_OF_SKIN = {
+    "length_unit": "mm",
+    "materials": {"skin": {"type": "translucent", "sigma_a": [0.0, 0.2, 2.0], "sigma_s": [1.0, 1.8, 2.0]}},
+    "shapes": [{"name": "ball", "type": "sphere", "radius": 3.0, "material": "skin"}],
+}
+
+
+def test_a_translucent_body_is_filled_and_its_surface_lets_light_pass(make_scene: MakeScene) -> None:
+    scene = make_scene(**BALL_OF_SKIN)
+    plain = scene_dict(scene, geometry_of(scene))["mesh_0"]
+    assert plain["bsdf"] == {"type": "null"}
+    assert plain["interior"]["scale"] == pytest.approx(4.0)
+    assert plain["interior"]["sigma_t"]["value"] == pytest.approx([0.25, 0.5, 1.0])
+    assert plain["interior"]["albedo"]["value"] == pytest.approx([1.0, 0.9, 0.5])
+    assert plain["interior"]["phase"] == {"type": "isotropic"}
+
+
+def test_a_mesh_is_given_its_medium_on_the_inside(mi: ModuleType, make_scene: MakeScene) -> None:
+    scene = make_scene(**BALL_OF_SKIN)
+    (shape,) = instantiate(mi, scene_dict(scene, geometry_of(scene))).shapes()
+    assert shape.interior_medium() is not None
+    assert shape.exterior_medium() is None
+
+
+def test_light_that_bounces_among_diffuse_walls_is_refused_where_a_body_is_translucent(
+    make_scene: MakeScene, reference: Callable[[Scene], Reference]
+) -> None:
+    with pytest.raises(SceneError, match=r"radiance is not defined here: .* translucent body or an eye"):
+        reference(make_scene(**BALL_OF_SKIN)).truth("radiance", 16)

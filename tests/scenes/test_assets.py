@@ -1,12 +1,14 @@
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import PIL.Image
 import pytest
+from numpy.typing import NDArray
 
 import scenes.load
 from scenes.geometry import is_convex
-from scenes.library.assets import figurine, tiles
+from scenes.library.assets import figurine, iris, tiles
 from scenes.mesh import Surface
 from scenes.mesh_files import load_mesh
 from scenes.topology import signed_volume
@@ -45,15 +47,17 @@ def test_no_mirror_image_of_the_figurine_looks_like_itself(figure: Surface, axis
     assert distances.max() > 0.05
 
 
-def test_the_tiles_are_what_their_script_makes() -> None:
-    with PIL.Image.open(ASSETS / "tiles.png") as file:
+@pytest.mark.parametrize(("name", "made"), [("tiles", tiles.tiles), ("iris", iris.iris)])
+def test_a_texture_is_what_its_script_makes(name: str, made: Callable[[], NDArray[np.uint8]]) -> None:
+    with PIL.Image.open(ASSETS / f"{name}.png") as file:
         kept = np.asarray(file)
-    np.testing.assert_array_equal(kept, tiles.tiles())
+    np.testing.assert_array_equal(kept, made())
 
 
-def test_no_mirroring_or_turning_of_the_tiles_looks_like_them() -> None:
-    image = tiles.tiles().astype(int)
+@pytest.mark.parametrize(("made", "least"), [(tiles.tiles, 10), (iris.iris, 3)])
+def test_no_mirroring_or_turning_of_a_texture_looks_like_it(made: Callable[[], NDArray[np.uint8]], least: int) -> None:
+    image = made().astype(int)
     turned = [np.rot90(image, k) for k in (1, 2, 3)]
     mirrored = [np.rot90(image[:, ::-1], k) for k in (0, 1, 2, 3)]
     for other in (*turned, *mirrored):
-        assert np.abs(other - image).mean() > 10
+        assert np.abs(other - image).mean() > least

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenes.digest import code_digest, digest_of, file_digest, scene_parts
+from scenes.digest import code_digest, digest_of, file_digest, scene_parts, with_imports
 from scenes.errors import SceneError
 from scenes.model import Criterion, Scene
 
@@ -99,7 +99,7 @@ def example(folder: Path) -> Scene:
 
 def test_scene_parts_are_plain_and_name_no_place(tmp_path: Path) -> None:
     parts = scene_parts(example(tmp_path))
-    assert set(parts) == {"sensor", "materials", "shapes", "emitters", "subject"}
+    assert set(parts) == {"length_unit", "sensor", "materials", "shapes", "emitters", "subject"}
     assert str(tmp_path) not in str(parts)
     assert "mesh.ply" not in str(parts)
     assert len(digest_of(parts)) == 64
@@ -148,3 +148,21 @@ def test_a_texture_that_changes_its_pixels_changes_the_digest(tmp_path: Path) ->
     before = scene_parts(scene)
     (tmp_path / "wood.png").write_bytes(np.arange(4, dtype=np.uint8).tobytes())
     assert scene_parts(scene) != before
+
+
+def test_a_module_comes_with_what_it_imports_from_its_own_package_and_nothing_else(tmp_path: Path) -> None:
+    files = {
+        "top/__init__.py": "",
+        "top/main.py": "import json\nfrom top.sub import leaf\ndef f():\n    import top.late\nfrom other import x",
+        "top/late.py": "from top.main import f",
+        "top/unused.py": "",
+        "top/sub/__init__.py": "",
+        "top/sub/leaf.py": "from top.sub.root import y",
+        "top/sub/root.py": "y = 1",
+        "other.py": "x = 1",
+    }
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    found = {path.relative_to(tmp_path).as_posix() for path in with_imports(tmp_path / "top" / "main.py")}
+    assert found == {"top/main.py", "top/late.py", "top/sub/leaf.py", "top/sub/root.py"}

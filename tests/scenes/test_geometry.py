@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from scenes import procedural
 from scenes.errors import SceneError
 from scenes.exr import write_exr
-from scenes.geometry import disk_light_mesh, geometry_of, placed, rotation_xyz, texture_of
+from scenes.geometry import diffuse_reflectance, disk_light_mesh, geometry_of, line_light_mesh, placed, texture_of
 from scenes.image import Image
-from scenes.model import DiskLight, Scene, Sphere, Texture, Vec3
-from scenes.topology import face_vectors, signed_volume, surface_area
+from scenes.mesh import Interface
+from scenes.model import DiskLight, LineLight, Scene, Sphere, Texture, Translucent, Vec3
+from scenes.topology import face_vectors, is_watertight, signed_volume, surface_area
 
 GREY = {"type": "diffuse", "reflectance": (0.5, 0.5, 0.5)}
 RED = {"type": "diffuse", "reflectance": (0.5, 0.1, 0.1)}
@@ -46,8 +47,8 @@ def test_one_mesh_a_shape_and_one_a_wall() -> None:
     assert list(meshes) == ["ball", *(f"room/{wall}" for wall in walls)]
     assert {mesh.shape for mesh in meshes.values()} == {"ball", "room"}
     assert [name for name, mesh in meshes.items() if mesh.is_subject] == ["ball"]
-    assert meshes["room/left"].material.reflectance == (0.5, 0.1, 0.1)
-    assert meshes["room/right"].material.reflectance == (0.5, 0.5, 0.5)
+    assert diffuse_reflectance(meshes["room/left"].material) == (0.5, 0.1, 0.1)
+    assert diffuse_reflectance(meshes["room/right"].material) == (0.5, 0.5, 0.5)
     assert all(mesh.radiance is None for mesh in meshes.values())
 
 
@@ -68,7 +69,7 @@ def test_a_disk_light_is_a_black_mesh_that_emits_and_is_numbered_among_the_emitt
     }
     mesh = geometry_of(scene(emitters=(point, disk)))[-1]
     assert (mesh.name, mesh.shape, mesh.radiance, mesh.is_subject) == ("emitter-1", "emitter-1", (3.0, 2.0, 1.0), False)
-    assert mesh.material.reflectance == (0.0, 0.0, 0.0)
+    assert diffuse_reflectance(mesh.material) == (0.0, 0.0, 0.0)
     np.testing.assert_allclose(mesh.surface.positions[:, 1], 1, atol=1e-6)
     assert surface_area(mesh.surface) == pytest.approx(math.pi * 0.25, rel=1e-5)
 
@@ -85,6 +86,77 @@ def test_a_disk_faces_along_its_normal(normal: Vec3) -> None:
     np.testing.assert_allclose(surface.positions[0], [1, 2, 3], atol=1e-6)
 
 
+@settings(max_examples=30, deadline=None)
+@given(direction=st.tuples(*3 * [st.floats(-1, 1)]).filter(lambda n: sum(c * c for c in n) > 1e-2))
+def test_a_line_light_is_a_closed_tube_from_its_start_to_its_end(direction: Vec3) -> None:
+    start = np.array([1.0, 2.0, 3.0])
+    end = start + 4 * np.array(direction)
+    length = float(np.linalg.norm(end - start))
+    light = LineLight(type="line", start=tuple(start), end=tuple(end), radius=0.05, radiance=(1.0, 2.0, 3.0))
+    mesh = line_light_mesh("emitter-0", light)
+    assert (mesh.name, mesh.shape, mesh.radiance, mesh.is_subject) == ("emitter-0", "emitter-0", (1, 2, 3), False)
+    assert diffuse_reflectance(mesh.material) == (0, 0, 0)
+    axis = (end - start) / length
+    offset = mesh.surface.positions - start
+    along = offset @ axis
+    assert (along.min(), along.max()) == (pytest.approx(0, abs=1e-6), pytest.approx(length, abs=1e-6))
+    assert np.linalg.norm(offset - along[:, None] * axis, axis=1).max() == pytest.approx(0.05, rel=1e-3)
+    assert is_watertight(mesh.surface)
+    assert signed_volume(mesh.surface) == pytest.approx(math.pi * 0.05**2 * length, rel=2e-3)
+
+
+def test_lights_that_are_meshes_come_last_and_keep_their_places_among_the_emitters() -> None:
+    line = {
+        "type": "line",
+        "start": (0.0, 0.0, 0.0),
+        "end": (0.0, 1.0, 0.0),
+        "radius": 0.1,
+        "radiance": (1.0, 1.0, 1.0),
+    }
+    sky = {"type": "constant", "radiance": (1.0, 1.0, 1.0)}
+    names = [mesh.name for mesh in geometry_of(scene(emitters=(line, sky, line)))]
+    assert names[-2:] == ["emitter-0", "emitter-2"]
+
+
+def test_an_eye_is_a_sclera_and_a_clear_cornea() -> None:
+    eye = {
+        "type": "eye",
+        "name": "eye",
+        "material": "grey",
+        "iris": "red",
+        "sclera_radius": 12.0,
+        "cornea_radius": 7.8,
+        "limbus_radius": 5.9,
+        "ior": 1.376,
+    }
+    sclera, cornea = geometry_of(scene(shapes=(eye,), subject=("eye",)))
+    assert [mesh.name for mesh in (sclera, cornea)] == ["eye/sclera", "eye/cornea"]
+    assert {mesh.shape for mesh in (sclera, cornea)} == {"eye"}
+    assert sclera.is_subject
+    assert cornea.is_subject
+    assert diffuse_reflectance(sclera.material) == (0.5, 0.5, 0.5)
+    assert cornea.material == Interface(1.376)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        {"type": "slab", "thickness": 1.0, "width": 9.0},
+        {"type": "wedge", "size": (3.0, 2.0), "thin": 0.1, "thick": 1.0},
+        {"type": "capsule", "radius": 1.0, "length": 3.0},
+        {"type": "torus", "radius": 2.0, "tube": 0.5},
+        {"type": "ear", "height": 25.0, "membrane": 1.0, "cells": 64},
+    ],
+)
+def test_bodies_are_built_of_their_material(shape: dict[str, Any]) -> None:
+    skin = {"type": "translucent", "medium": "skin1"}
+    body = {**shape, "name": "body", "material": "skin", "scale": 2.0}
+    (mesh,) = geometry_of(scene(shapes=(body,), materials={"skin": skin}, subject=("body",)))
+    assert mesh.material == Translucent(type="translucent", medium="skin1")
+    assert is_watertight(mesh.surface)
+    assert signed_volume(mesh.surface) > 0
+
+
 @pytest.mark.parametrize(
     ("degrees", "vector", "turned"),
     [
@@ -97,12 +169,12 @@ def test_a_disk_faces_along_its_normal(normal: Vec3) -> None:
     ],
 )
 def test_rotation_turns_about_x_then_y_then_z(degrees: Vec3, vector: Vec3, turned: Vec3) -> None:
-    np.testing.assert_allclose(rotation_xyz(degrees) @ np.array(vector), turned, atol=1e-15)
+    np.testing.assert_allclose(procedural.rotation_xyz(degrees) @ np.array(vector), turned, atol=1e-15)
 
 
 @given(st.tuples(angles, angles, angles))
 def test_rotation_is_a_proper_rotation(degrees: Vec3) -> None:
-    rotation = rotation_xyz(degrees)
+    rotation = procedural.rotation_xyz(degrees)
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
     assert np.linalg.det(rotation) == pytest.approx(1)
 
@@ -119,7 +191,7 @@ def test_placing_scales_turns_and_moves_and_keeps_normals_on_their_faces(degrees
     np.testing.assert_allclose(surface.positions.mean(axis=0), [x, 1, 2], atol=1e-5)
     normals = procedural.normalised(face_vectors(surface.positions, surface.faces))
     np.testing.assert_allclose(surface.normals[surface.faces[:, 0]], normals, atol=1e-3)
-    expected = scale * unplaced.positions @ rotation_xyz(degrees).T + [x, 1, 2]
+    expected = scale * unplaced.positions @ procedural.rotation_xyz(degrees).T + [x, 1, 2]
     np.testing.assert_allclose(surface.positions, expected, atol=1e-5 * (scale + 5))
 
 

@@ -4,7 +4,8 @@ import pytest
 
 from scenes.errors import SceneError
 from scenes.load import find_scene, library_scenes, load_scene
-from scenes.model import Room, Texture
+from scenes.media import MEDIA
+from scenes.model import Diffuse, Room, Texture
 
 GOOD = """\
 title = "A ball in a room"
@@ -66,7 +67,7 @@ def test_a_good_scene_loads_with_the_name_and_folder_of_its_file(tmp_path: Path)
     scene = load_scene(written(tmp_path, GOOD))
     assert (scene.name, scene.folder, scene.title) == ("scene", tmp_path, "A ball in a room")
     assert scene.sensor.origin == (0.0, 1.0, 3.0)
-    assert scene.materials["wood"].reflectance == Texture(path="wood.png")
+    assert scene.materials["wood"] == Diffuse(type="diffuse", reflectance=Texture(path="wood.png"))
     assert isinstance(scene.shapes[1], Room)
     assert scene.shapes[1].walls == {"left": "wood"}
     assert scene.checks[0].settings == {"samples": 4, "quality": 0.5, "fast": True, "mode": "a"}
@@ -182,12 +183,57 @@ def test_what_the_schema_refuses_is_said_in_words(tmp_path: Path, old: str, new:
 @pytest.mark.parametrize("key", ["name", "folder"])
 def test_name_and_folder_come_from_the_file_alone(tmp_path: Path, key: str) -> None:
     (said,) = complaints(tmp_path, f'{key} = "mine"\n' + GOOD)
-    assert said.startswith(f"1: {key}: found an unknown key; allowed: title, description, sensor,")
+    assert said.startswith(f"1: {key}: found an unknown key; allowed: title, description, length_unit, sensor,")
 
 
 LIGHT = '\n[[emitters]]\ntype = "area"\nshape = "{}"\nradiance = [1, 1, 1]\n'
 SHAPE = '\n[[shapes]]\ntype = "{}"\nname = "{}"\nmaterial = "red"\n'
+EYE = SHAPE.format("eye", "eye") + "sclera_radius = 12\ncornea_radius = 7.8\nlimbus_radius = 5.9\nior = 1.376\n"
+SKIN = '[materials]\nskin = { type = "translucent", medium = "skin1" }'
 FROM = GOOD.count("\n")
+
+
+@pytest.mark.parametrize(
+    ("material", "said"),
+    [
+        ('type = "translucend"', 'skin.type: found "translucend" (did you mean "translucent"?); allowed: "diffuse", '),
+        ('medium = "skin1"', 'skin.type: found nothing; allowed: "diffuse", "translucent"'),
+        ('type = "translucent"', "skin: found values that do not go together; allowed: give medium, or both"),
+        ('type = "translucent", medium = 3', "skin.medium: found 3; allowed: a text"),
+        (
+            'type = "translucent", medium = "skin1", sigma_s = [1, 1, 1]',
+            "skin: found values that do not go together; allowed: give either medium, or",
+        ),
+        (
+            'type = "translucent", sigma_a = [1, 1, -1], sigma_s = [1, 1, 1]',
+            "skin.sigma_a[2]: found -1; allowed: a finite number >= 0",
+        ),
+        (
+            'type = "diffuse", reflectance = [0, 0, 0], medium = "skin1"',
+            "skin.medium: found an unknown key; allowed: type, reflectance",
+        ),
+    ],
+)
+def test_faults_of_one_kind_of_material_are_told_in_its_own_words(tmp_path: Path, material: str, said: str) -> None:
+    lines = complaints(tmp_path, GOOD.replace("[materials]", f"[materials]\nskin = {{ {material} }}"))
+    assert [line.partition(": materials.")[2].startswith(said) for line in lines] == [True]
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ("endothelium = 3", "endothelium: found 3; allowed: a table with radius, thickness, ior"),
+        (
+            "endothelium = { radius = 6.5, ior = 1.3 }",
+            "endothelium.thickness: found nothing; allowed: a finite number > 0",
+        ),
+        ("iris_depth = -1", "iris_depth: found -1; allowed: a finite number > 0"),
+        ("pupil_radius = 7", ": found values that do not go together; allowed: pupil_radius must be smaller"),
+    ],
+)
+def test_faults_of_an_eye_are_told_at_their_keys(tmp_path: Path, keys: str, said: str) -> None:
+    (line,) = complaints(tmp_path, GOOD + EYE + f'iris = "red"\n{keys}\n')
+    assert line.partition(": shapes[2]")[2].removeprefix(".").startswith(said)
 
 
 @pytest.mark.parametrize(
@@ -283,6 +329,51 @@ FROM = GOOD.count("\n")
                 f"{FROM + 2}: checks[1]: found the quantity, technique, settings and fit_exposure of checks[0]; "
                 "allowed: checks "
                 "that differ in one of them; put all criteria into one check"
+            ],
+        ),
+        (
+            GOOD.replace("[materials]", '[materials]\nskin = { type = "translucent", medium = "skin3" }'),
+            [
+                '11: materials.skin.medium: found the unknown medium "skin3" (did you mean "skin2"?); allowed: '
+                + ", ".join(MEDIA)
+            ],
+        ),
+        (
+            GOOD + EYE + 'iris = "wod"\n',
+            [
+                f'{FROM + 10}: shapes[2].iris: found the unknown material "wod" (did you mean "wood"?); allowed: '
+                "red, wood"
+            ],
+        ),
+        (
+            GOOD.replace("[materials]", SKIN) + EYE + 'iris = "skin"\n',
+            [
+                f'{FROM + 11}: shapes[2].iris: found the translucent material "skin"; allowed: a diffuse one, as parts '
+                "of an eye have"
+            ],
+        ),
+        (
+            GOOD + EYE + 'iris = "red"\n' + EYE.replace('"eye"\nm', '"other"\nm') + 'iris = "red"\niris_depth = 2\n',
+            [
+                f"{FROM + 12}: shapes[3]: found iris_depth = 2; allowed: at least 2.69804, where the cornea is as "
+                "wide as the iris",
+                f"{FROM + 12}: shapes[3]: found a second eye; allowed: one eye in a scene",
+            ],
+        ),
+        (
+            GOOD + EYE + 'iris = "red"\n' + LIGHT.format("eye"),
+            [
+                f'{FROM + 14}: emitters[1].shape: found an area light on "eye", which light passes; allowed: shapes of '
+                "diffuse material that are no eyes"
+            ],
+        ),
+        (
+            GOOD.replace("[materials]", SKIN)
+            + SHAPE.format("sphere", "lamp").replace("red", "skin")
+            + LIGHT.format("lamp"),
+            [
+                f'{FROM + 10}: emitters[1].shape: found an area light on "lamp", which light passes; allowed: shapes '
+                "of diffuse material that are no eyes"
             ],
         ),
     ],

@@ -30,7 +30,20 @@ def criterion(metric: str, value: float, half_width: float = 0.0) -> CriterionRe
 
 def check(technique: str = "raster.depth", scene: str = "tiny", **changes: Any) -> CheckResult:
     result = CheckResult(
-        *(scene, "A ball", "depth", technique, {}, False, Verdict.PASS, "", (criterion("rms", 1e-4),), "m", {}),
+        *(
+            scene,
+            "A ball",
+            "depth",
+            technique,
+            {},
+            False,
+            Verdict.PASS,
+            "",
+            (criterion("rms", 1e-4),),
+            "m",
+            "depth",
+            {},
+        ),
         rerun=f"lightgauge run {scene}.toml -k {technique}",
     )
     return replace(result, **changes)
