@@ -13,6 +13,8 @@ MODULES = {
     "radiance": "reference.quantities.radiance",
     "direct_radiance": "reference.quantities.radiance",
     "indirect_radiance": "reference.quantities.radiance",
+    "thickness": "reference.quantities.translucency",
+    "transmitted_radiance": "reference.quantities.translucency",
 }
 
 
