@@ -15,6 +15,12 @@ MODULES = {
     "indirect_radiance": "reference.quantities.radiance",
     "thickness": "reference.quantities.translucency",
     "transmitted_radiance": "reference.quantities.translucency",
+    "iris_coverage": "reference.quantities.eye",
+    "iris_uv": "reference.quantities.eye",
+    "eye_radiance": "reference.quantities.eye",
+    "iris_radiance": "reference.quantities.eye",
+    "iris_radiance_flat": "reference.quantities.eye",
+    "iris_radiance_straight": "reference.quantities.eye",
 }
 
 
