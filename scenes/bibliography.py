@@ -1,6 +1,7 @@
 """The works that techniques and media are built on, by the keys under which they are cited."""
 
 BIBLIOGRAPHY = {
+    "chandrasekhar-1960": "Chandrasekhar (1960). Radiative Transfer. Dover. Chapter 2, on discrete ordinates.",
     "jacques-2013": (
         "Jacques (2013). Optical properties of biological tissues: a review. Physics in Medicine and Biology 58(11), "
         "R37-R61."
@@ -14,6 +15,10 @@ BIBLIOGRAPHY = {
         "lighting and soft omnidirectional shadows."
     ),
     "opengl-4.6": "Segal, Akeley (2022). The OpenGL Graphics System: A Specification, version 4.6 (core profile).",
+    "prahl-1995": (
+        "Prahl (1995). The Adding-Doubling Method. Optical-Thermal Response of Laser-Irradiated Tissue, chapter 5, "
+        "101-129."
+    ),
     "ramamoorthi-2001": (
         "Ramamoorthi, Hanrahan (2001). An Efficient Representation for Irradiance Environment Maps. "
         "Proc. SIGGRAPH, 497-500."

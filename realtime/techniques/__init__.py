@@ -14,6 +14,11 @@ MODULES = {
     "indirect.talk": "realtime.techniques.indirect_talk",
     "indirect.probe": "realtime.techniques.indirect_probe",
     "indirect.irradiance": "realtime.techniques.indirect_irradiance",
+    "translucency.talk_thickness": "realtime.techniques.translucency_talk",
+    "translucency.talk": "realtime.techniques.translucency_talk",
+    "translucency.additive_thickness": "realtime.techniques.translucency_additive",
+    "translucency.additive": "realtime.techniques.translucency_additive",
+    "translucency.ordinates": "realtime.techniques.translucency_ordinates",
 }
 
 
