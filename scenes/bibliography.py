@@ -2,6 +2,10 @@
 
 BIBLIOGRAPHY = {
     "chandrasekhar-1960": "Chandrasekhar (1960). Radiative Transfer. Dover. Chapter 2, on discrete ordinates.",
+    "haines-2019": (
+        "Haines, Günther, Akenine-Möller (2019). Precision Improvements for Ray/Sphere Intersection. "
+        "Ray Tracing Gems, chapter 7, 87-94."
+    ),
     "jacques-2013": (
         "Jacques (2013). Optical properties of biological tissues: a review. Physics in Medicine and Biology 58(11), "
         "R37-R61."
@@ -10,6 +14,7 @@ BIBLIOGRAPHY = {
         "Jensen, Marschner, Levoy, Hanrahan (2001). A Practical Model for Subsurface Light Transport. "
         "Proc. SIGGRAPH, 511-518."
     ),
+    "kingslake-2010": "Kingslake, Johnson (2010). Lens Design Fundamentals, second edition. Coddington's equations.",
     "nvidia-2005": (
         "NVIDIA (2005). The GeForce 7800 GTX demos: Luna and Mad Mod Mike. Conference talk, parts on indirect diffuse "
         "lighting and soft omnidirectional shadows."

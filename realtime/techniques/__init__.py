@@ -19,6 +19,12 @@ MODULES = {
     "translucency.additive_thickness": "realtime.techniques.translucency_additive",
     "translucency.additive": "realtime.techniques.translucency_additive",
     "translucency.ordinates": "realtime.techniques.translucency_ordinates",
+    "cornea.talk_uv": "realtime.techniques.cornea_talk",
+    "cornea.talk_iris": "realtime.techniques.cornea_talk",
+    "cornea.talk": "realtime.techniques.cornea_talk",
+    "cornea.anatomical_uv": "realtime.techniques.cornea_anatomical",
+    "cornea.anatomical_iris": "realtime.techniques.cornea_anatomical",
+    "cornea.anatomical": "realtime.techniques.cornea_anatomical",
 }
 
 
