@@ -6,7 +6,7 @@ import numpy as np
 
 from realtime.lights import FACET, PARALLEL, Light, lights_of
 from scenes.errors import InputError
-from scenes.image import Float32, Float64
+from scenes.image import Float64
 from scenes.media import coefficients
 from scenes.mesh import Mesh
 from scenes.model import LineLight, Scene, Translucent
@@ -36,14 +36,6 @@ def _elements(light: LineLight, pieces: int, source: int) -> Iterator[Light]:
         yield Light(ELEMENT, start + t * (end - start), (end - start) / length, strength, 0.0, source)
 
 
-def light_rows(lights: list[Light]) -> Float32:
-    """What glsl/lib/beam.glsl reads: place and kind, axis and area, strength; one dark row if there is no light."""
-    rows = np.zeros((max(1, len(lights)), 3, 4), dtype=np.float32)
-    for row, light in zip(rows, lights, strict=False):
-        row[:] = [[*light.place, light.kind], [*light.axis, light.area], [*light.strength, 0.0]]
-    return rows
-
-
 def beam(light: Light, point: Float64) -> tuple[Float64, Float64]:
     """Where the light travels at a point (3,), and its irradiance (3,) across the beam, nothing in its way.
 
@@ -60,6 +52,13 @@ def beam(light: Light, point: Float64) -> tuple[Float64, Float64]:
     if light.kind == ELEMENT:
         return travel, light.strength * np.sqrt(max(1 - along * along, 0.0)) / r2
     return travel, light.strength / r2
+
+
+def single_scattering_albedo(sigma_a: Float64, sigma_s: Float64) -> Float64:
+    """Part (3,) of what is taken from a beam that is scattered; 0 in a channel in which nothing is."""
+    sigma_t = sigma_a + sigma_s
+    albedo: Float64 = np.divide(sigma_s, sigma_t, out=np.zeros(3), where=sigma_t > 0)
+    return albedo
 
 
 def subject_medium(scene: Scene) -> tuple[Float64, Float64]:

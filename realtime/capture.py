@@ -133,9 +133,7 @@ def _reduce(frame: Frame, block: int) -> None:
     for unit, texture in enumerate((*resources["cube"], resources["cube_radiance"])):
         texture.use(unit)
     count = 6 * (resources["cube_radiance"].height // block) ** 2
-    pixels = sky_pixels(frame.scene)
-    sky = context.texture((pixels.shape[1], pixels.shape[0]), 3, pixels.tobytes(), dtype="f4")
-    sky.filter = (context.LINEAR, context.LINEAR)
+    sky = frame.filtered_texture(sky_pixels(frame.scene))
     sky.repeat_y = False
     sky.use(4)
     buffer = context.buffer(reserve=count * FLOATS_A_SURFEL * 4)

@@ -14,12 +14,12 @@ import numpy as np
 from realtime.capture import surfel_passes
 from realtime.frame import Frame, columns
 from realtime.graph import Pass
-from realtime.lights import PARALLEL, Light
+from realtime.lights import Light
 from realtime.sky import sky_pixels
 from scenes import eyes
 from scenes.errors import InputError
 from scenes.features import Features
-from scenes.geometry import diffuse_reflectance, texture_of
+from scenes.geometry import diffuse_reflectance
 from scenes.image import Float32, Float64
 from scenes.mesh import Mesh
 from scenes.model import DiskLight, Eye, Scene, Texture
@@ -121,14 +121,10 @@ def to_eye_frame(eye: Eye, points: Float64) -> Float64:
     return moved
 
 
-def lights_in_eye_frame(eye: Eye, lights: list[Light]) -> Float32:
-    """The lights as rows (N, 3, 4) of the struct of lib/lights.glsl; one dark row if there are none."""
+def lights_in_eye_frame(eye: Eye, lights: list[Light]) -> list[Light]:
+    """The lights moved and turned."""
     rotation = rotation_xyz(eye.rotation_deg)
-    rows = np.zeros((max(1, len(lights)), 3, 4), dtype=np.float32)
-    for row, light in zip(rows, lights, strict=False):
-        place = np.zeros(3) if light.kind == PARALLEL else to_eye_frame(eye, light.place)
-        row[:] = (*place, light.kind), (*(light.axis @ rotation), light.area), (*light.strength, 0.0)
-    return rows
+    return [replace(x, place=to_eye_frame(eye, x.place), axis=x.axis @ rotation) for x in lights]
 
 
 def disks_in_eye_frame(eye: Eye, scene: Scene) -> Float32:
@@ -151,19 +147,7 @@ def sclera_albedo(scene: Scene, eye: Eye) -> tuple[float, ...]:
 
 def iris_texture(frame: Frame, eye: Eye) -> moderngl.Texture:
     """The reflectance over the iris' coordinate, filtered linearly."""
-    reflectance = diffuse_reflectance(frame.scene.materials[eye.iris])
-    if isinstance(reflectance, Texture):
-        pixels = texture_of(frame.scene, reflectance)[::-1]
-    else:
-        pixels = np.array(reflectance, dtype=np.float32).reshape(1, 1, 3)
-    return linear_texture(frame, pixels, 3)
-
-
-def linear_texture(frame: Frame, pixels: Float32, components: int) -> moderngl.Texture:
-    """Pixels (H, W, C) as a texture that repeats in u, filtered linearly; row 0 is at v = 0."""
-    data = np.ascontiguousarray(pixels).tobytes()
-    texture = frame.context.texture((pixels.shape[1], pixels.shape[0]), components, data, dtype="f4")
-    texture.filter = (frame.context.LINEAR, frame.context.LINEAR)
+    texture = frame.reflectance_texture(frame.scene.materials[eye.iris])
     texture.repeat_y = False
     return texture
 
@@ -210,7 +194,8 @@ def mirrored_passes(features: Features, side: int, shadow_side: int) -> list[Pas
 
 
 def _sky(frame: Frame) -> None:
-    frame.resources["sky"] = linear_texture(frame, sky_pixels(frame.scene), 3)
+    frame.resources["sky"] = frame.filtered_texture(sky_pixels(frame.scene))
+    frame.resources["sky"].repeat_y = False
 
 
 def bind_surroundings(frame: Frame) -> dict[str, int]:

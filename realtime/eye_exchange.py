@@ -80,11 +80,21 @@ def _traced(eye: EyeModel, origin: Float64, direction: Float64) -> tuple[Float64
         x = x + _far_root(x - centre, d, eye.cornea_radius)[:, None] * d
         n = (x - centre) / eye.cornea_radius
         cosine = np.sum(n * d, axis=1)
-        left = left * fresnel_dielectric(cosine, 1 / eye.front_ior)
+        left = left * _internal_reflectance(eye, cosine)
         d = d - 2 * cosine[:, None] * n
         on_cornea = x[:, 1] > eye.limbus_height
         x, d, alive, left = x[on_cornea], d[on_cornea], alive[on_cornea], left[on_cornea]
     return weight, landing
+
+
+def _internal_reflectance(eye: EyeModel, cos_i: Float64) -> Float64:
+    """What the cornea's front throws back inside: all, where no light leaves the eye.
+
+    Light comes at `cos_i` through what lies behind the cornea, of index `ior`. That alone tells at what angle it
+    leaves, for a layer with parallel sides does not turn it; what part is reflected is up to the cornea's `front_ior`.
+    """
+    cos2_t = 1 - eye.ior**2 * (1 - cos_i**2)
+    return fresnel_dielectric(np.sqrt(np.maximum(cos2_t, 0)), eye.front_ior)
 
 
 def _iris_hit(eye: EyeModel, x: Float64, d: Float64, *, leaves_iris: bool) -> tuple[NDArray[np.bool_], Float64]:

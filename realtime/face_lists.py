@@ -87,8 +87,10 @@ def list_faces(frame: Frame, camera: Camera, size: tuple[int, int], layers: int,
 
     Raises
     ------
+    InputError
+        The lists are longer than this GPU's buffers.
     RenderError
-        A ray meets more of them than `layers` has room for.
+        A ray meets more faces than `layers` has room for.
     """
     context, slots = frame.context, 2 * layers
     width, height = size

@@ -15,8 +15,8 @@ from realtime.shader import program, set_uniforms
 from scenes.features import Features
 from scenes.geometry import diffuse_reflectance, texture_of
 from scenes.image import Float32, Float64
-from scenes.mesh import Mesh
-from scenes.model import Scene, SettingValue, Texture
+from scenes.mesh import Interface, Mesh
+from scenes.model import Diffuse, Scene, SettingValue, Texture, Translucent
 
 if TYPE_CHECKING:
     import moderngl
@@ -63,6 +63,21 @@ class Frame:
         made = self.context.texture(size, components, dtype=dtype)
         made.filter = (self.context.NEAREST, self.context.NEAREST)
         return made
+
+    def filtered_texture(self, pixels: Float32) -> moderngl.Texture:
+        """Pixels (H, W, C) as a texture that repeats, filtered linearly; row 0 is at v = 0."""
+        height, width, components = pixels.shape
+        made = self.context.texture((width, height), components, np.ascontiguousarray(pixels).tobytes(), dtype="f4")
+        made.filter = (self.context.LINEAR, self.context.LINEAR)
+        made.repeat_x = made.repeat_y = True
+        return made
+
+    def reflectance_texture(self, material: Diffuse | Translucent | Interface) -> moderngl.Texture:
+        """What a material's surface reflects diffusely over (u, v); one texel if that is constant."""
+        reflectance = diffuse_reflectance(material)
+        if isinstance(reflectance, Texture):
+            return self.filtered_texture(texture_of(self.scene, reflectance)[::-1])
+        return self.filtered_texture(np.array(reflectance, dtype=np.float32).reshape(1, 1, 3))
 
     def dispatch(
         self, shader: Any, width: int, height: int = 1, *, group: tuple[int, int] = (8, 8), **uniforms: Any
@@ -111,20 +126,8 @@ class Frame:
             mesh,
             self.context.buffer(vertices.tobytes()),
             self.context.buffer(np.ascontiguousarray(surface.faces, dtype=np.uint32).tobytes()),
-            self._reflectance(mesh),
+            self.reflectance_texture(mesh.material),
         )
-
-    def _reflectance(self, mesh: Mesh) -> moderngl.Texture:
-        reflectance = diffuse_reflectance(mesh.material)
-        if isinstance(reflectance, Texture):
-            pixels = texture_of(self.scene, reflectance)[::-1]
-        else:
-            pixels = np.array(reflectance, dtype=np.float32).reshape(1, 1, 3)
-        height, width, _ = pixels.shape
-        texture = self.context.texture((width, height), 3, np.ascontiguousarray(pixels).tobytes(), dtype="f4")
-        texture.filter = (self.context.LINEAR, self.context.LINEAR)
-        texture.repeat_x = texture.repeat_y = True
-        return texture
 
     def draw(
         self,

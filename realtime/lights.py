@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenes.image import Float64
+from scenes.image import Float32, Float64
 from scenes.mesh import Mesh, Surface
 from scenes.model import DirectionalLight, PointLight, Scene
 
@@ -44,6 +44,14 @@ def lights_of(scene: Scene, meshes: tuple[Mesh, ...], facets: int) -> list[Light
                 strength = np.array(emitter.radiance) * area
                 lights += [Light(FACET, p, a, strength, area, source) for p, a in zip(places, axes, strict=True)]
     return lights
+
+
+def light_rows(lights: list[Light]) -> Float32:
+    """The structs (N, 3, 4) of glsl/lib/lights.glsl; one dark row if there is no light."""
+    rows = np.zeros((max(1, len(lights)), 3, 4), dtype=np.float32)
+    for row, light in zip(rows, lights, strict=False):
+        row[:] = [[*light.place, light.kind], [*light.axis, light.area], [*light.strength, 0.0]]
+    return rows
 
 
 def facets_of(surface: Surface, count: int) -> tuple[Float64, Float64, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,14 +10,11 @@ import numpy as np
 from realtime.camera import Camera, cube_cameras, parallel_camera
 from realtime.frame import Frame
 from realtime.graph import Pass
-from realtime.lights import PARALLEL, Light, lights_of
+from realtime.lights import PARALLEL, Light, light_rows, lights_of
 from scenes.errors import InputError
-from scenes.image import Float32
 
 if TYPE_CHECKING:
     import moderngl
-
-FLOATS_A_LIGHT = 12
 
 
 def lights_pass(facets: int) -> Pass:
@@ -82,7 +79,8 @@ def _draw(frame: Frame, side: int) -> None:
             framebuffer.viewport = (x + tile * side, y, side, side)
             shader["parallel"] = light.kind == PARALLEL
             frame.draw(shader, camera)
-    frame.resources["shadow_atlas"] = ShadowAtlas(atlas, side, context.buffer(_packed(frame, lights).tobytes()))
+    rows = light_rows([_placed(frame, light) for light in lights])
+    frame.resources["shadow_atlas"] = ShadowAtlas(atlas, side, context.buffer(rows.tobytes()))
 
 
 def _cameras(frame: Frame, light: Light) -> tuple[Camera, ...]:
@@ -93,11 +91,7 @@ def _cameras(frame: Frame, light: Light) -> tuple[Camera, ...]:
     return cube_cameras(light.place, near, float(np.linalg.norm(light.place - centre)) + 1.01 * radius)
 
 
-def _packed(frame: Frame, lights: list[Light]) -> Float32:
-    """Rows of three vec4: place and kind, axis and area, strength. A PARALLEL light's place is its camera's eye."""
+def _placed(frame: Frame, light: Light) -> Light:
+    """The light; for a PARALLEL one with the place of its camera."""
     centre, radius = frame.bounds
-    packed = np.zeros((max(1, len(lights)), FLOATS_A_LIGHT), dtype=np.float32)
-    for row, light in zip(packed, lights, strict=False):
-        place = centre - 2 * radius * light.axis if light.kind == PARALLEL else light.place
-        row[:] = [*place, light.kind, *light.axis, light.area, *light.strength, 0.0]
-    return packed
+    return replace(light, place=centre - 2 * radius * light.axis) if light.kind == PARALLEL else light

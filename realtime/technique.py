@@ -13,7 +13,10 @@ from scenes.model import Scene, SettingValue
 
 @dataclass(frozen=True)
 class Parameter:
-    """A setting with its default, the values that a benchmark sweeps, and the least and the most that is allowed."""
+    """A setting with its default, the values that a benchmark sweeps, and the least and the most that is allowed.
+
+    The values that the sweep of a text lists are all that are allowed.
+    """
 
     name: str
     default: SettingValue
@@ -46,7 +49,7 @@ class Technique:
         Raises
         ------
         InputError
-            A name that is no parameter, or a value of another type or out of bounds.
+            A name that is no parameter, or a value of another type, out of bounds, or not among the choices.
         """
         known = {p.name: p for p in self.parameters}
         for name, value in given.items():
@@ -62,6 +65,10 @@ class Technique:
                     f"{default!r} is allowed."
                 )
             least, most = known[name].bounds
-            if not isinstance(value, str) and not least <= value <= most:
+            if isinstance(value, str):
+                if value not in known[name].sweep:
+                    allowed = ", ".join(map(repr, known[name].sweep))
+                    raise InputError(f"Setting '{name}' of '{self.name}' is {value!r}; allowed: {allowed}.")
+            elif not least <= value <= most:
                 raise InputError(f"Setting '{name}' of '{self.name}' is {value!r}; {least:g} to {most:g} is allowed.")
         return {p.name: given.get(p.name, p.default) for p in self.parameters}

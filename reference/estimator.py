@@ -37,7 +37,6 @@ from scenes.model import MOST_SPP, PIXEL_GRID, Scene
 ACCUMULATORS = 16
 """Independent images: enough for a variance that is itself known to about 18 %."""
 
-
 LARGEST_BLOCK = 256
 """Samples a pixel of the largest block: float32 sums of more than 1024 are biased."""
 
@@ -73,10 +72,7 @@ class Truth:
         return len(self.accumulators) == 1
 
 
-SHAPE_MODULES = (
-    *("bodies", "eyes", "features", "geometry", "media"),
-    *("mesh_files", "procedural", "srgb", "topology"),
-)
+SHAPE_MODULES = ("bodies", "eyes", "features", "geometry", "media", "mesh_files", "procedural", "srgb", "topology")
 """The modules of `scenes` that decide what a renderer gets."""
 
 

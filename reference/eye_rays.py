@@ -164,7 +164,7 @@ def outer_hit(optics: Optics, origin: Float64, direction: Float64) -> tuple[Floa
 
 
 def iris_hit(optics: Optics, origin: Float64, direction: Float64) -> Float64:
-    """Distance to the iris of a ray inside the eye, from a point in front of the plane of its rim."""
+    """Distance to the iris of a ray inside the eye, from a point in front of the plane of its rim or in its bowl."""
     with np.errstate(divide="ignore", invalid="ignore"):
         plane = np.where(direction[..., Y] < 0, (optics.iris_y - origin[..., Y]) / direction[..., Y], np.inf)
     at_plane = _at(origin, direction, np.where(np.isfinite(plane), plane, 0.0))
@@ -173,7 +173,10 @@ def iris_hit(optics: Optics, origin: Float64, direction: Float64) -> Float64:
     )
     if optics.bowl is None:
         return np.where(passes_rim, plane, np.inf)
-    return np.where(passes_rim, sphere_roots(origin, direction, optics.bowl)[1], np.inf)
+    near, far = sphere_roots(origin, direction, optics.bowl)
+    is_in_bowl = (origin[..., Y] <= optics.iris_y) & (near <= 0) & (far > 0)
+    stays = is_in_bowl & (_height(origin, direction, far) <= optics.iris_y)
+    return np.where(passes_rim | stays, far, np.inf)
 
 
 def look_inside(optics: Optics, origin: Float64, direction: Float64) -> tuple[Float64, Bool]:

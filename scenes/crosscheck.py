@@ -32,6 +32,7 @@ def cross_check(document: Document, folder: Path) -> list[Complaint]:
     rules: list[Callable[[Document], Iterator[Complaint]]] = [
         _material_names,
         _media,
+        _open_bodies,
         _eyes,
         _shape_names,
         _subject,
@@ -78,18 +79,35 @@ def _repeated(names: Iterator[tuple[KeyPath, str]], what: str) -> Iterator[Compl
         seen.add(name)
 
 
+def _wall_materials(document: Document) -> Iterator[tuple[KeyPath, str]]:
+    for path, table in _rows(document, "shapes"):
+        walls = table.get("walls")
+        if isinstance(walls, dict):
+            yield from (use for wall in walls for use in _texts([((*path, "walls"), walls)], wall))
+
+
 def _material_names(document: Document) -> Iterator[Complaint]:
     known = [str(path[-1]) for path, _ in _rows(document, "materials")]
     shapes = _rows(document, "shapes")
-    walls = [((*path, "walls"), table["walls"]) for path, table in shapes if isinstance(table.get("walls"), dict)]
     named = [*_texts(shapes, "material"), *_texts(_rows(document, "shapes", "eye"), "iris")]
-    used = [*named, *(use for row in walls for wall in row[1] for use in _texts([row], wall))]
+    used = [*named, *_wall_materials(document)]
     yield from (_unknown(path, "material", name, known) for path, name in used if name not in known)
 
 
 def _media(document: Document) -> Iterator[Complaint]:
     media = _texts(_rows(document, "materials", "translucent"), "medium")
     yield from (_unknown(path, "medium", name, list(MEDIA)) for path, name in media if name not in MEDIA)
+
+
+def _open_bodies(document: Document) -> Iterator[Complaint]:
+    """Translucent rooms and rectangles. A mesh file may be open: its faces are counted where it is seen."""
+    open_shapes = [*_rows(document, "shapes", "rectangle"), *_rows(document, "shapes", "room")]
+    translucent = _translucent_materials(document)
+    for path, name in [*_texts(open_shapes, "material"), *_wall_materials(document)]:
+        if name in translucent:
+            yield Complaint(
+                path, f'the translucent material "{name}" on what is not closed', "a diffuse one, or a closed shape"
+            )
 
 
 def _eyes(document: Document) -> Iterator[Complaint]:
@@ -135,7 +153,9 @@ def _shape_names(document: Document) -> Iterator[Complaint]:
     for path, name in names:
         if name.startswith(RESERVED_NAME):
             yield Complaint(
-                path, f'the name "{name}"', f'names that do not begin with "{RESERVED_NAME}", as disk lights do'
+                path,
+                f'the name "{name}"',
+                f'names that do not begin with "{RESERVED_NAME}", as disk and line lights do',
             )
 
 

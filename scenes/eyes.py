@@ -15,7 +15,7 @@ import numpy as np
 from scenes.image import Float64
 from scenes.mesh import Surface
 from scenes.model import Eye
-from scenes.procedural import revolved, rotation_xyz
+from scenes.procedural import revolved
 
 
 def limbus_height(eye: Eye) -> float:
@@ -61,17 +61,6 @@ def eye_problem(eye: Eye) -> tuple[str, str] | None:
     if eye.endothelium is not None and eye.endothelium.thickness >= depth:
         return f"endothelium.thickness = {eye.endothelium.thickness:g}", f"less than {depth:.6g}, the depth of the iris"
     return None
-
-
-def eye_to_world(eye: Eye) -> Float64:
-    """The matrix (4, 4) that takes column vectors (x, y, z, 1) of the eye's frame to the world.
-
-    It turns and scales; a direction that it has taken there is longer by `eye.scale`.
-    """
-    matrix = np.eye(4)
-    matrix[:3, :3] = eye.scale * rotation_xyz(eye.rotation_deg)
-    matrix[:3, 3] = eye.position
-    return matrix
 
 
 def sclera(eye: Eye) -> Surface:

@@ -13,7 +13,7 @@ from scenes.model import Diffuse, Rgb, Translucent
 class Surface:
     """Triangles in world space.
 
-    positions : (V, 3) float32, metres
+    positions : (V, 3) float32, in the scene's unit of length
     normals   : (V, 3) float32, unit length, on the side from which the counter-clockwise faces are seen
     uvs       : (V, 2) float32, v upward: (0, 0) is the lower left corner of a texture
     faces     : (F, 3) uint32

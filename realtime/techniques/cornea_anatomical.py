@@ -15,7 +15,6 @@ from realtime.eye import (
     eye_uniforms,
     iris_texture,
     lights_in_eye_frame,
-    linear_texture,
     mirrored_passes,
     sclera_albedo,
     sky_pass,
@@ -26,9 +25,8 @@ from realtime.eye_exchange import RINGS, SECTORS, iris_exchange
 from realtime.frame import Frame
 from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
-from realtime.lights import lights_of
+from realtime.lights import light_rows, lights_of
 from realtime.technique import Parameter, Technique
-from scenes.errors import InputError
 from scenes.features import Features
 from scenes.model import Eye, Scene, SettingValue
 
@@ -80,7 +78,7 @@ def _uv(frame: Frame) -> None:
 
 
 def _iris_passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
-    return [sky_pass(features), *_light_passes(scene, settings, IRIS_RADIANCE=1)]
+    return [sky_pass(features), *_light_passes(scene, settings)]
 
 
 def _eye_passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
@@ -89,17 +87,8 @@ def _eye_passes(scene: Scene, features: Features, settings: Mapping[str, Setting
 
 
 def _light_passes(scene: Scene, settings: Mapping[str, SettingValue], **seen: int) -> list[Pass]:
-    """What comes after the surroundings; `seen` tells the shader what to show.
-
-    Raises
-    ------
-    InputError
-        There is not one eye in the subject, or `caustics` is none of CAUSTICS.
-    """
+    """What comes after the surroundings; `seen` tells the shader what to show besides the iris."""
     the_eye(scene)
-    caustics = str(settings["caustics"])
-    if caustics not in CAUSTICS:
-        raise InputError(f"Found caustics = {caustics!r}; allowed are {', '.join(CAUSTICS)}.")
     off = "" if settings["interreflection"] else "interreflection is switched off"
     return [
         Pass("lights on the eye", _lights, writes=("eye_lights",)),
@@ -118,7 +107,7 @@ def _light_passes(scene: Scene, settings: Mapping[str, SettingValue], **seen: in
 
 def _lights(frame: Frame) -> None:
     lights = lights_of(frame.scene, frame.meshes, int(frame.settings["facets"]))
-    rows = lights_in_eye_frame(the_eye(frame.scene), lights)
+    rows = light_rows(lights_in_eye_frame(the_eye(frame.scene), lights))
     frame.resources["eye_lights"] = frame.context.buffer(rows.tobytes()), len(lights)
 
 
@@ -154,7 +143,8 @@ def _bounces(frame: Frame) -> None:
     exchange = frame.context.buffer(iris_exchange(model).tobytes())
     for binding, buffer in enumerate((*frame.resources["cells"], exchange)):
         buffer.bind_to_storage_buffer(binding)
-    returned = linear_texture(frame, np.zeros((RINGS, SECTORS, 4), dtype=np.float32), 4)
+    returned = frame.filtered_texture(np.zeros((RINGS, SECTORS, 4), dtype=np.float32))
+    returned.repeat_y = False
     returned.bind_to_image(0, read=False, write=True)
     shader = frame.program("eye/bounces.comp", RINGS=RINGS, SECTORS=SECTORS, CELLS=RINGS * SECTORS, BOUNCES=BOUNCES)
     frame.dispatch(shader, 1, group=(1, 1))

@@ -33,7 +33,6 @@ from realtime.lights import lights_of
 from realtime.shader import set_uniforms
 from realtime.technique import Parameter, Technique
 from realtime.techniques.indirect_talk import two_lights
-from scenes.errors import InputError
 from scenes.features import Features
 from scenes.model import Eye, Scene, SettingValue
 from scenes.procedural import rotation_xyz
@@ -94,14 +93,7 @@ def _exit_pass(scene: Scene) -> Pass:
     )
 
 
-def _check(settings: Mapping[str, SettingValue]) -> None:
-    allowed = GEOMETRY[1].sweep
-    if settings["surface"] not in allowed:
-        raise InputError(f"Found surface = {settings['surface']!r}; allowed are {', '.join(map(str, allowed))}.")
-
-
 def _uv_passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
-    _check(settings)
     return [
         _exit_pass(scene),
         Pass("eye", lambda frame: _draw(frame, IRIS_UV=1), uses=("exit_branch",), writes=("shaded",)),
@@ -110,16 +102,15 @@ def _uv_passes(scene: Scene, features: Features, settings: Mapping[str, SettingV
 
 
 def _iris_passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
-    return _shading_passes(scene, features, settings, IRIS_RADIANCE=1)
+    return _shading_passes(scene, features)
 
 
 def _eye_passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
     mirrored = mirrored_passes(features, int(settings["side"]), int(settings["shadow_side"]))
-    return [*mirrored, *_shading_passes(scene, features, settings, WHOLE_EYE=1)]
+    return [*mirrored, *_shading_passes(scene, features, WHOLE_EYE=1)]
 
 
-def _shading_passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue], **seen: int) -> list[Pass]:
-    _check(settings)
+def _shading_passes(scene: Scene, features: Features, **seen: int) -> list[Pass]:
     lamps = {light.shape for light in scene.emitters if light.type == "area"}
     others = [s.name for s in scene.shapes if s.name not in scene.subject and s.name not in lamps]
     unshadowed = "" if others else "nothing but lamps is beside the eye: nothing casts a shadow on it"

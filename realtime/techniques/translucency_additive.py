@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from realtime.backlight import backlights, light_rows, subject_medium
+from realtime.backlight import backlights, subject_medium
 from realtime.camera import Camera
 from realtime.frame import Frame
 from realtime.gbuffer import gbuffer_pass, resolve_pass
 from realtime.graph import Pass
+from realtime.lights import light_rows
 from realtime.shader import set_uniforms
 from realtime.slab import PER_OCTAVE, slab_table
 from realtime.technique import Parameter, Technique
@@ -159,7 +160,8 @@ TECHNIQUES = {
         source="prahl-1995",
         limits=(
             "Every ray sees a slab that faces the camera: right for sheets, too bright in round bodies, which lose "
-            "light sideways, and wrong where light comes from the side. The sky lights nothing."
+            "light sideways, and wrong where light comes from the side. Nothing else hides or shades it, or reflects "
+            "light to it; the sky lights nothing."
         ),
         passes=_passes,
         parameters=(ALLOW_OPEN, PIECES, SPREAD),

@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from realtime.backlight import backlights, light_rows, subject_medium
+from realtime.backlight import backlights, single_scattering_albedo, subject_medium
 from realtime.face_lists import Faces, View, light_view, list_camera_faces, list_view_faces, parallel_view
 from realtime.frame import Frame
 from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
+from realtime.lights import light_rows
 from realtime.ordinates import LEVEL_SYMMETRIC, chebyshev, largest_eigenvalue, level_symmetric
 from realtime.technique import Parameter, Technique
 from realtime.techniques.translucency_additive import ALLOW_OPEN, PIECES
@@ -32,7 +33,9 @@ SUBCELLS = 4
 """Points along each edge of a cell at which its content is sampled."""
 
 CONTENT_SIDE = 256
-"""Texels along an edge of the view that measures the cells' content: two for each of their columns."""
+"""Texels along an edge of the view that measures the cells' content. It holds a ball around the subject: a column of a
+compact body has a texel or more, one of a slender body a part of one, between which its faces count as planes.
+"""
 
 PARAMETERS = (
     ALLOW_OPEN,
@@ -162,10 +165,10 @@ def _gather_with(frame: Frame, shader: Any, **lit: Any) -> None:
 
 def _solve(frame: Frame) -> None:
     context, cells = frame.context, int(frame.settings["cells"])
-    medium, grid = _medium(frame), _grid(frame)
+    (sigma_a, sigma_s), medium, grid = subject_medium(frame.scene), _medium(frame), _grid(frame)
     quadrature = level_symmetric(int(frame.settings["order"]))
-    sigma_s, sigma_t = np.array(medium["sigma_s"]), np.array(medium["sigma_t"])
-    largest = largest_eigenvalue(sigma_s / sigma_t, np.outer(sigma_t, np.array(grid["cell_size"]) * cells))
+    optical_size = np.outer(sigma_a + sigma_s, np.array(grid["cell_size"]) * cells)
+    largest = largest_eigenvalue(single_scattering_albedo(sigma_a, sigma_s), optical_size)
     damping, omegas = chebyshev(largest, int(frame.settings["iterations"]))
     now, before = (context.buffer(bytes(16 * cells**3)) for _ in range(2))
     along = context.buffer(reserve=16 * len(quadrature) * cells**3)
@@ -203,7 +206,8 @@ TECHNIQUES = {
         source="chandrasekhar-1960",
         limits=(
             "Light that is scattered more than once is as coarse as the grid and travels in few directions, which "
-            "shows where it crosses a gap; lights must be outside the ball around the subject. The sky lights nothing."
+            "shows where it crosses a gap; lights must be outside the ball around the subject. Nothing else "
+            "hides or shades it, or reflects light to it; the sky lights nothing."
         ),
         passes=_passes,
         parameters=PARAMETERS,

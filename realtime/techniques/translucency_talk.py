@@ -13,7 +13,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from realtime.backlight import backlights, beam, subject_medium
+from realtime.backlight import backlights, beam, single_scattering_albedo, subject_medium
 from realtime.frame import Frame
 from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
@@ -22,7 +22,6 @@ from realtime.shader import set_uniforms
 from realtime.slab import normal_albedo, slab_table
 from realtime.technique import Parameter, Technique
 from realtime.thickness import draw_faces, subject_diagonal, talk_passes
-from scenes.errors import InputError
 from scenes.features import Features
 from scenes.image import Float32, Float64
 from scenes.mesh import Mesh
@@ -36,8 +35,6 @@ DARK = 1e-3
 
 PIECES = 64
 """Small lights that stand for each emitting surface when its colour at the subject's centre is summed."""
-
-LOOKUPS = ("beer_lambert", "slab")
 
 HALF_FLOAT = Parameter(
     "half_float", True, (True, False), "whether back positions are kept in half floats, as published"
@@ -60,8 +57,6 @@ def _thickness_passes(scene: Scene, features: Features, settings: Mapping[str, S
 
 
 def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
-    if settings["lookup"] not in LOOKUPS:
-        raise InputError(f"Setting 'lookup' is {settings['lookup']!r}; allowed: {', '.join(LOOKUPS)}.")
     return [
         *talk_passes(bool(settings[HALF_FLOAT.name])),
         Pass("shade front faces", _shade, reads=("back_position",), writes=("shaded",)),
@@ -151,7 +146,7 @@ def _shade(frame: Frame) -> None:
     set_uniforms(
         shader,
         light_count=len(lights),
-        albedo=tuple(normal_albedo(sigma_s / (sigma_a + sigma_s))),
+        albedo=tuple(normal_albedo(single_scattering_albedo(sigma_a, sigma_s))),
         longest=longest,
         power=float(settings["power"]),
     )
@@ -163,7 +158,7 @@ def _shade(frame: Frame) -> None:
 
 _LIMITS = (
     "As published: the nearest back face less the nearest front face, which is wrong wherever a ray enters the subject "
-    "more than once; "
+    "more than once; nothing hides it; "
 )
 
 TECHNIQUES = {
@@ -185,14 +180,19 @@ TECHNIQUES = {
         source="nvidia-2005",
         limits=_LIMITS
         + (
-            "no falloff, no shadows, no light that leaves sideways. A look, not a measurement: the talk paints the "
-            "lookup and tunes n by eye."
+            "no falloff, no shadows, no light from the sky, none that leaves sideways. A look, not a measurement: the "
+            "talk paints the lookup and tunes n by eye."
         ),
         passes=_passes,
         parameters=(
             HALF_FLOAT,
             MAX_THICKNESS,
-            Parameter("lookup", "slab", LOOKUPS, "beer_lambert: exp(-sigma_eff d); slab: baked by adding-doubling"),
+            Parameter(
+                "lookup",
+                "slab",
+                ("beer_lambert", "slab"),
+                "beer_lambert: exp(-sigma_eff d); slab: baked by adding-doubling",
+            ),
             Parameter(
                 "power", 2.0, (0.5, 1.0, 2.0, 4.0, 8.0), "n of pow(dot(V, L), n), the area of influence", (0, 100)
             ),

@@ -87,9 +87,10 @@ class Surfaces:
         passes_rim = (d.y < 0.0) & (plane > 0.0) & self._is_within(o + plane * d)
         if optics.bowl is None:
             return dr.select(passes_rim, plane, dr.inf)
-        _, far = self.roots(o, d, optics.bowl)
-        stays_behind = (o.y <= optics.iris_y) & (o.y + far * d.y <= optics.iris_y) & (far > self.near)
-        return dr.select(passes_rim | stays_behind, far, dr.inf)
+        near, far = self.roots(o, d, optics.bowl)
+        is_in_bowl = (o.y <= optics.iris_y) & (near < self.near) & (far > self.near)
+        stays = is_in_bowl & (o.y + far * d.y <= optics.iris_y)
+        return dr.select(passes_rim | stays, far, dr.inf)
 
     def iris_normal(self, x: Any) -> Any:
         if self.optics.bowl is None:

@@ -60,7 +60,8 @@ class Bodies:
 def trace_medium_paths(stage: Stage, sampler: Any, ray: Any) -> Any:
     """Radiance along one path for each camera ray: light that was scattered at least once inside the subject.
 
-    The subject consists of translucent bodies that do not overlap; all else in the scene reflects nothing.
+    The subject consists of translucent bodies that neither overlap nor hold the surface of an emitter; all else in the
+    scene reflects nothing.
     """
     mi = stage.mi
     return _loop(mi, stage.scene, Bodies(stage), sampler, mi.Ray3f(ray), mi.Bool(True))
@@ -94,8 +95,7 @@ def _loop(mi: Any, scene: Any, bodies: Any, sampler: Any, ray: Any, active: Any)
         light, arriving = scene.sample_emitter_direction(here, sampler.next_2d(), False, scatters)
         connects = scatters & (light.pdf > 0) & dr.any(arriving != 0.0)
         towards = mi.Ray3f(position, light.d)
-        towards.maxt = light.dist * JUST_BEFORE
-        reaching = arriving * _transmittance(mi, scene, bodies, towards, mi.Bool(connects))
+        reaching = arriving * _transmittance(mi, scene, bodies, towards, light.dist * JUST_BEFORE, mi.Bool(connects))
         radiance += dr.select(connects, beta * reaching * dr.inv_four_pi, 0.0)
 
         # Continue the path, from a vertex in any direction.
@@ -111,8 +111,11 @@ def _loop(mi: Any, scene: Any, bodies: Any, sampler: Any, ray: Any, active: Any)
 
 
 @dr.syntax  # type: ignore[untyped-decorator]
-def _transmittance(mi: Any, scene: Any, bodies: Any, ray: Any, active: Any) -> Any:
-    """Part of the light that passes all bodies along a ray up to its end; 0 where something else is in the way."""
+def _transmittance(mi: Any, scene: Any, bodies: Any, ray: Any, left: Any, active: Any) -> Any:
+    """Part of the light that passes all bodies along a ray of length `left`; 0 where something else is in the way.
+
+    What the ray would meet beyond its end says whether that lies in a body.
+    """
     passed = mi.Color3f(1.0)
 
     while active:
@@ -120,12 +123,12 @@ def _transmittance(mi: Any, scene: Any, bodies: Any, ray: Any, active: Any) -> A
         active &= si.is_valid()
         is_body, _, sigma_t = bodies.at(mi, si.shape)
         in_medium = active & is_body & (dr.dot(ray.d, si.n) > 0)
-        passed *= dr.select(in_medium, dr.exp(-sigma_t * si.t), 1.0)
+        passed *= dr.select(in_medium, dr.exp(-sigma_t * dr.minimum(si.t, left)), 1.0)
+        active &= si.t < left
         passed = dr.select(active & ~is_body, 0.0, passed)
         active &= is_body
-        onward = mi.Ray3f(ray(si.t + bodies.step), ray.d)
-        onward.maxt = ray.maxt - si.t - bodies.step
-        ray = onward
+        left -= si.t + bodies.step
+        ray = mi.Ray3f(ray(si.t + bodies.step), ray.d)
 
     return passed
 

@@ -17,6 +17,7 @@ from reference.quantity import Integrator, Quantity
 from reference.sampling import darkness, pixel_means
 from reference.slab import slab_radiance
 from reference.stage import Stage
+from scenes.errors import SceneError
 from scenes.features import Features
 from scenes.image import Float32, Float64
 from scenes.media import coefficients
@@ -24,7 +25,7 @@ from scenes.model import DirectionalLight, Slab, Translucent
 from scenes.procedural import rotation_xyz
 
 FACES = 0.999
-"""Cosine to the slab's axis from which on a normal belongs to one of its two large faces: the others have 0."""
+"""Cosine between a normal and the slab's axis above which a face is one of the two large ones: the others have 0."""
 
 GRAZING = 1e-6
 """Cosine of light's incidence below which nothing enters the slab."""
@@ -42,7 +43,13 @@ def _thickness_integrator(features: Features) -> Integrator:
 
 
 def _through_a_slab(stage: Stage) -> Float32:
-    """Light of directional emitters after it was scattered in a slab; what meets the slab's edge counts as 0."""
+    """Light of directional emitters after it was scattered in a slab without an edge.
+
+    Raises
+    ------
+    SceneError
+        The camera sees where the slab ends, or is in it.
+    """
     scene, mi = stage.description, stage.mi
     slab = next(shape for shape in scene.shapes if isinstance(shape, Slab) and shape.name in scene.subject)
     material = scene.materials[slab.material]
@@ -56,7 +63,12 @@ def _through_a_slab(stage: Stage) -> Float32:
 
     def radiance(hit: Hit) -> list[Any]:
         cosine = np.array(hit.ray.d).T @ normal
-        is_on_face = np.abs(np.array(hit.si.n).T @ normal) > FACES
+        if not (-np.sign(cosine) * (np.array(hit.si.n).T @ normal) > FACES).all():
+            raise SceneError(
+                f"Scene '{scene.name}': found a slab '{slab.name}' of which the camera sees an end or the inside; "
+                "allowed is one that fills the image, as its truth is that of one without an edge. Make it wider, move "
+                "the camera, or use a box."
+            )
         total = np.zeros((len(cosine), 3))
         for light in lights:
             arriving = float(np.array(light.direction) @ normal / np.linalg.norm(light.direction))
@@ -66,7 +78,7 @@ def _through_a_slab(stage: Stage) -> Float32:
             for channel in range(3):
                 R, T = slab_radiance(albedo[channel], tau[channel], np.abs(cosine), abs(arriving))
                 total[:, channel] += np.where(is_same_side, R, T) * abs(arriving) * light.irradiance[channel]
-        return [mi.Float(column) for column in (total * is_on_face[:, None]).T]
+        return [mi.Float(column) for column in total.T]
 
     return mean_over_pixels(stage, radiance)
 
@@ -102,6 +114,10 @@ def _transmitted_integrator(features: Features) -> Integrator:
     )
 
 
+def _refuses_thickness(features: Features) -> str:
+    return "an eye's surfaces are open where they meet, and light bends at them" if features.has_eye else ""
+
+
 def _refuses(features: Features) -> str:
     if not features.subject_is_translucent:
         return "light is scattered inside translucent bodies only, and not all of the subject is translucent"
@@ -121,6 +137,7 @@ QUANTITIES = {
             channels=1,
             is_sampled=False,
             integrator=_thickness_integrator,
+            refuses=_refuses_thickness,
         ),
         Quantity(
             "transmitted_radiance",

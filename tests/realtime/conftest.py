@@ -1,4 +1,5 @@
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -72,6 +73,14 @@ def glsl(gl: "moderngl.Context") -> Callable[..., Float64]:
         return np.frombuffer(made.read(), dtype=np.float32).reshape(count, outputs, 4).astype(np.float64)
 
     return evaluate
+
+
+@pytest.fixture
+def sheet(tmp_path: Path) -> dict[str, Any]:
+    """The shape of a mesh that is not closed: a square of side 4 that faces +z."""
+    corners = "".join(f"v {x} {y} 0\n" for x, y in ((-2, -2), (2, -2), (2, 2), (-2, 2)))
+    (tmp_path / "sheet.obj").write_text(f"{corners}f 1 2 3\nf 1 3 4\n", encoding="ascii")
+    return {"type": "mesh", "name": "sheet", "path": "sheet.obj"}
 
 
 @pytest.fixture

@@ -466,6 +466,24 @@ def test_the_edge_of_the_iris_is_blended_by_the_sixth_power(glsl: Glsl) -> None:
 TRACE = "TalkIris t = trace_iris_talk(a[0].xyz, a[0].xyz, a[1].xyz, 1.376, 1.0, 0.805, 2.7088, 2.0);"
 
 
+def test_half_precision_loses_rays_from_far_away_without_a_nan(glsl: Glsl, rng: np.random.Generator) -> None:
+    """From 300 radii the square of a ray's length overflows a half; divided by infinity, the ray has no direction.
+
+    What is refracted then is the normal alone: the iris is painted on the cornea, but for the mistake's other name.
+    """
+    coord = normalised(np.column_stack([rng.normal(0, 0.2, 500), np.ones(500), rng.normal(0, 0.2, 500)]))
+    offset = coord - 300 * np.array([0.6, 0.8, 0.0])
+    halves = offset.astype(np.float16)
+    with np.errstate(over="ignore"):
+        ray = halves / np.sqrt(np.sum(halves * halves, axis=1, keepdims=True, dtype=np.float16))
+    made, right = (
+        glsl("lib/cornea_talk.glsl", TRACE + "r[0].xyz = t.point;", rows((coord, 0), (d.astype(float), 0)))[:, 0, :3]
+        for d in (ray, normalised(offset))
+    )
+    assert np.isfinite(made).all()
+    assert (np.linalg.norm(made - right, axis=1) > 1e-3).mean() > 0.9
+
+
 def test_blending_instead_of_branching_hides_nan_from_the_output(glsl: Glsl, rng: np.random.Generator) -> None:
     """On the white the traced iris' normal is NaN where its sphere is missed.
 

@@ -17,6 +17,7 @@ MADE_UP = Technique(
         Parameter("count", 4, (2, 4), "how many", (1, 8)),
         Parameter("width", 0.5, (0.5, 1.0), "how wide"),
         Parameter("on", True, (True, False), "whether"),
+        Parameter("way", "long", ("long", "short"), "which"),
     ),
 )
 
@@ -43,8 +44,13 @@ def test_an_unknown_technique_lists_the_known_ones_and_the_closest() -> None:
 
 
 def test_settings_are_the_defaults_where_nothing_is_given() -> None:
-    assert MADE_UP.settings({}) == {"count": 4, "width": 0.5, "on": True}
-    assert MADE_UP.settings({"on": False, "count": 2}) == {"count": 2, "width": 0.5, "on": False}
+    assert MADE_UP.settings({}) == {"count": 4, "width": 0.5, "on": True, "way": "long"}
+    assert MADE_UP.settings({"on": False, "way": "short"}) == {
+        "count": 4,
+        "width": 0.5,
+        "on": False,
+        "way": "short",
+    }
 
 
 def test_an_integer_is_a_number_where_a_float_is_expected() -> None:
@@ -52,8 +58,13 @@ def test_an_integer_is_a_number_where_a_float_is_expected() -> None:
 
 
 def test_an_unknown_setting_is_refused_with_the_known_ones() -> None:
-    with pytest.raises(InputError, match=r"'made\.up' has no setting 'cuont'.*count, width, on"):
+    with pytest.raises(InputError, match=r"'made\.up' has no setting 'cuont'.*count, width, on, way"):
         MADE_UP.settings({"cuont": 3})
+
+
+def test_a_text_that_is_no_choice_is_refused_with_the_choices() -> None:
+    with pytest.raises(InputError, match=r"'way' of 'made\.up' is 'shrot'; allowed: 'long', 'short'\."):
+        MADE_UP.settings({"way": "shrot"})
 
 
 @pytest.mark.parametrize("count", [0, 9, -1])

@@ -148,19 +148,16 @@ def test_clip_planes_cut_nothing_off(body: MakeScene, gl: Any, near: float, far:
     assert rms(grouped - exact.mean(axis=-1)) < 1e-3
 
 
-OPEN = [{"type": "rectangle", "name": "sheet", "size": [4.0, 4.0]}]
-
-
-def test_an_open_mesh_is_refused_with_the_number_of_its_pixels(body: MakeScene) -> None:
+def test_an_open_mesh_is_refused_with_the_number_of_its_pixels(body: MakeScene, sheet: dict[str, Any]) -> None:
     """3 x 3 mm² of 16/12 mm pixels, at least in part."""
-    shapes = [*OPEN, {"type": "box", "name": "box", "size": [3.0, 3.0, 3.0], "position": [5.0, 0.0, 0.0]}]
+    shapes = [sheet, {"type": "box", "name": "box", "size": [3.0, 3.0, 3.0], "position": [5.0, 0.0, 0.0]}]
     with pytest.raises(RenderError, match=r"In 16 of the \d+ pixels .* mesh is open, or the camera is inside it"):
         drawn(body(shapes), ADDITIVE_THICKNESS)
 
 
-def test_an_open_mesh_is_accepted_when_asked_for(body: MakeScene) -> None:
+def test_an_open_mesh_is_accepted_when_asked_for(body: MakeScene, sheet: dict[str, Any]) -> None:
     """A sheet that faces the camera has a front and no back, and no thickness."""
-    assert drawn(body(OPEN), ADDITIVE_THICKNESS, allow_open=True).max() == 0
+    assert drawn(body([sheet]), ADDITIVE_THICKNESS, allow_open=True).max() == 0
 
 
 def test_inside_the_subject_thickness_counts_from_the_camera(body: MakeScene) -> None:

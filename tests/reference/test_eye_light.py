@@ -55,7 +55,13 @@ ONE_SURFACE = TALK | {
     "pupil_radius": 2.0,
 }
 HUMAN = ONE_SURFACE | {"endothelium": {"radius": 6.5, "thickness": 0.55, "ior": 1.336}}
-SHAPES = {"talk": TALK, "bowl": BOWL, "one surface": ONE_SURFACE, "human": HUMAN}
+SHAPES = {
+    "talk": TALK,
+    "bowl": BOWL,
+    "one surface": ONE_SURFACE,
+    "human": HUMAN,
+    "human with a bowl": HUMAN | {"iris_curvature": 10.0},
+}
 SKY = {"type": "constant", "radiance": [1.0, 1.0, 1.0]}
 
 

@@ -53,6 +53,7 @@ EYES = {
     "bowl": eye(TALK, iris_curvature=2.0),
     "human": eye(HUMAN),
     "human with one surface": eye(HUMAN, endothelium=None),
+    "human with a bowl": eye(HUMAN, iris_curvature=10.0),
 }
 
 
@@ -320,6 +321,16 @@ def test_the_rim_of_a_wide_iris_is_seen_beside_the_endothelium() -> None:
     points, sees = look_inside(optics, *rays_at(optics, 30.0, 60.0, count=96))
     radius = np.hypot(points[sees, 0], points[sees, 2])
     assert ((radius > 5.5).sum() > 20) & ((radius < 5.4).sum() > 20)
+
+
+def test_a_bowl_is_seen_to_its_rim_beside_the_endothelium() -> None:
+    """Some rays enter that sphere only after they passed the rim: from the front nothing of the iris is hidden."""
+    optics = optics_of(EYES["human with a bowl"])
+    radius = np.linspace(0, 0.999 * optics.limbus_radius, 400)
+    origin = np.stack([radius, np.full_like(radius, 60.0), np.zeros_like(radius)], axis=-1)
+    points, sees = look_inside(optics, origin, np.broadcast_to([0.0, -1.0, 0.0], origin.shape))
+    assert sees.all()
+    assert (np.diff(points[:, 0]) > 0).all()
 
 
 @pytest.mark.parametrize(("view_deg", "most"), [(0.0, 0.001), (30.0, 0.002), (60.0, 0.002), (75.0, 0.003)])

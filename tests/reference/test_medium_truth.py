@@ -137,6 +137,15 @@ def test_a_slab_is_exact_at_every_pixel(bodies: Callable[..., Scene], reference:
         np.testing.assert_allclose(found, 3 * mu[0] * np.array(kernels), rtol=1e-5)
 
 
+@pytest.mark.parametrize(("width", "distance"), [(5.0, 120.0), (200.0, 0.1)])
+def test_a_slab_that_ends_in_the_image_or_holds_the_camera_is_refused(
+    width: float, distance: float, bodies: Callable[..., Scene], reference: MakeReference
+) -> None:
+    scene = bodies(SLAB | {"width": width}, sensor=SENSOR | {"width": 8, "height": 8, "origin": [0.0, 0.0, distance]})
+    with pytest.raises(SceneError, match="sees an end or the inside; allowed is one that fills the image"):
+        reference(scene).truth(TRANSMITTED, 64)
+
+
 def test_light_along_a_slab_does_not_enter_it(bodies: Callable[..., Scene], reference: MakeReference) -> None:
     along = BEHIND | {"direction": [1.0, 0.0, 0.0]}
     assert not reference(bodies(SLAB, emitters=[along])).truth(TRANSMITTED, 64).accumulators.any()
@@ -178,12 +187,14 @@ def test_a_white_furnace(name: str, bodies: Callable[..., Scene], reference: Mak
     assert_agree(paths(stage_of(mi, scene), 256), exact, most=0.04)
 
 
+PALE = {"type": "translucent", "sigma_a": [0.01, 0.05, 0.1], "sigma_s": [0.2, 0.3, 0.4]}
 PEA = BALL | {"name": "pea", "radius": 4.0}
+POINT = {"type": "point", "position": [12.0, 4.0, -5.0], "intensity": [90.0, 90.0, 90.0]}
 AGAINST_MITSUBA: dict[str, tuple[list[dict[str, Any]], list[dict[str, Any]]]] = {
     "a ball": ([PEA], [BEHIND]),
     "two bodies": ([PEA | {"position": [1.0, 0.0, -8.0]}, FINGER], [BEHIND]),
     "a wedge": ([BODY | {"type": "wedge", "size": [10.0, 10.0], "thin": 0.3, "thick": 0.7}], [BEHIND]),
-    "a point light": ([PEA], [{"type": "point", "position": [12.0, 4.0, -5.0], "intensity": [90.0, 90.0, 90.0]}]),
+    "a point light": ([PEA], [POINT]),
     "a disk": (
         [PEA],
         [
@@ -221,8 +232,7 @@ IN_THE_DAILY_RUN = ("two bodies", "a disk")
 def test_the_same_as_mitsuba(name: str, bodies: Callable[..., Scene], mi: ModuleType) -> None:
     """No emitter is seen through a body here: Mitsuba would count it. The bodies are thin, as its paths are noisy."""
     shapes, lights = AGAINST_MITSUBA[name]
-    pale = {"type": "translucent", "sigma_a": [0.01, 0.05, 0.1], "sigma_s": [0.2, 0.3, 0.4]}
-    stage = stage_of(mi, bodies(*shapes, materials={"skin": pale}, emitters=lights))
+    stage = stage_of(mi, bodies(*shapes, materials={"skin": PALE}, emitters=lights))
     assert_agree(paths(stage, 128), paths(stage, 192, volpathmis_block), most=0.06)
 
 
@@ -238,6 +248,16 @@ def test_what_faces_away_hides_the_light_behind_it(bodies: Callable[..., Scene],
     truth = reference(bodies(BALL, emitters=[BEHIND, disk])).truth(TRANSMITTED, 64)
     assert truth.integrator.block is not None
     assert not truth.accumulators.any()
+
+
+def test_a_lamp_in_a_body_shines_through_it(bodies: Callable[..., Scene], mi: ModuleType) -> None:
+    """In the middle of a ball that absorbs alone, of radius 3: exp(-3 sigma_a) of its light leaves that."""
+    sigma_a, place = np.array([0.1, 0.3, 0.6]), [0.0, 9.0, -6.0]
+    clear = {"type": "translucent", "sigma_a": sigma_a.tolist(), "sigma_s": [0.0, 0.0, 0.0]}
+    glass = BALL | {"name": "glass", "material": "clear", "radius": 3.0, "position": place, "detail": 5}
+    looks = {"materials": {"skin": PALE, "clear": clear}, "emitters": [POINT | {"position": place}]}
+    free, dimmed = (paths(stage_of(mi, bodies(*shapes, **looks)), 128) for shapes in ([PEA], [PEA, glass]))
+    assert_agree(dimmed, free * np.exp(-3 * sigma_a), most=0.05)
 
 
 def test_a_clamp_only_divides(bodies: Callable[..., Scene], mi: ModuleType) -> None:

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from reference.slab import slab_bsdf, slab_radiance
+from scenes import skin
 from scenes.image import Float64
+from scenes.media import MEDIA
 
 HOPF = 2 * 0.7104460895987
 """Twice the extrapolation length of Milne's problem: Hopf's q(infinity), Chandrasekhar 1960, "Radiative Transfer"."""
@@ -114,3 +116,19 @@ def test_the_table_between_its_entries(tau: float, mu0: float) -> None:
         slab_radiance(0.97, tau, mu, mu0), slab_bsdf(0.97, tau, mu, np.array([mu0])), strict=True
     ):
         np.testing.assert_allclose(tabulated, direct[:, 0], rtol=1e-5)
+
+
+@pytest.mark.parametrize(("thickness", "most"), [(0.2, 0.02), (1.0, 0.02), (4.0, 0.02), (8.0, 0.04)])
+def test_dermis_in_three_channels_looks_like_its_spectrum(thickness: float, most: float) -> None:
+    """What `scenes.skin.rgb_of` says about light from straight ahead and from 60 degrees, seen from straight ahead."""
+    spectrum, medium = skin.dermis(), MEDIA["dermis"]
+    angles = np.array([1.0, 0.5])
+
+    def both(sigma_a: float, sigma_s: float) -> Float64:
+        sigma_t = sigma_a + sigma_s
+        return np.stack(slab_bsdf(sigma_s / sigma_t, sigma_t * thickness, angles[:1], angles))
+
+    exact = [both(a, s) for a, s in zip(spectrum.sigma_a, spectrum.sigma_s, strict=True)]
+    wanted = np.tensordot(skin.rec709_weights(spectrum.wavelengths), exact, axes=1)
+    found = np.stack([both(a, s) for a, s in zip(medium.sigma_a, medium.sigma_s, strict=True)])
+    assert (np.abs(found - wanted) / wanted.max(axis=0)).max() < most

@@ -178,6 +178,14 @@ def test_what_sees_nothing_is_zero(thickness: Callable[..., Float64]) -> None:
     assert 3.5 < found.max() < 4
 
 
+@pytest.mark.parametrize("distance", [0.0, 4.0, -5.0])
+def test_from_within_it_counts_from_the_camera(distance: float, thickness: Callable[..., Float64]) -> None:
+    """To the far side of the ball of radius 6, and through all of the one behind it."""
+    other = BALL | {"name": "other", "radius": 2.0, "position": [0.0, 0.0, -20.0], "detail": 5}
+    sensor = SENSOR | {"origin": [0.0, 0.0, distance], "target": [0.0, 0.0, -9.0], "fov_deg": 0.5}
+    np.testing.assert_allclose(thickness(BALL | {"detail": 5}, other, sensor=sensor), distance + 6 + 4, rtol=3e-3)
+
+
 @pytest.mark.parametrize("missing", ["front", "back"])
 def test_an_open_mesh_counts_pairs_only(missing: str, tmp_path: Path, thickness: Callable[..., Float64]) -> None:
     """A layer of 1.5, and before it one face of another layer that lacks its front or its back."""

@@ -262,8 +262,7 @@ def test_faults_of_an_eye_are_told_at_their_keys(tmp_path: Path, keys: str, said
             GOOD + SHAPE.format("sphere", "emitter-1"),
             [
                 f'{FROM + 4}: shapes[2].name: found the name "emitter-1"; allowed: names that do not begin with '
-                '"emitter-", as '
-                "disk lights do"
+                '"emitter-", as disk and line lights do'
             ],
         ),
         (
@@ -336,6 +335,16 @@ def test_faults_of_an_eye_are_told_at_their_keys(tmp_path: Path, keys: str, said
             [
                 '11: materials.skin.medium: found the unknown medium "skin3" (did you mean "skin2"?); allowed: '
                 + ", ".join(MEDIA)
+            ],
+        ),
+        (
+            GOOD.replace("[materials]", SKIN).replace('left = "wood"', 'left = "skin"')
+            + SHAPE.format("rectangle", "pane").replace("red", "skin")
+            + "size = [1, 1]\n",
+            [
+                f'{line}: {key}: found the translucent material "skin" on what is not closed; allowed: a diffuse one, '
+                "or a closed shape"
+                for line, key in ((25, "shapes[1].walls.left"), (FROM + 6, "shapes[2].material"))
             ],
         ),
         (
