@@ -39,16 +39,22 @@ def glances_of(checks: Sequence[tuple[str, Mapping[str, Any]]]) -> tuple[Glance,
     ----------
     checks : pairs of a check's anchor on the page and its results. Those without a measured criterion are left out.
     """
-    groups: dict[tuple[str, bool, str], list[tuple[str, Mapping[str, Any]]]] = {}
+    groups: dict[tuple[str, str, str], list[tuple[str, Mapping[str, Any]]]] = {}
     for anchor, raw in checks:
         first = next(iter(raw.get("criteria") or []), None)
         if first is not None and first.get("value") is not None:
-            key = (raw["technique"], bool(raw.get("fit_exposure")), first["metric"])
+            key = (raw["technique"], _how(raw), first["metric"])
             groups.setdefault(key, []).append((anchor, raw))
     ordered = sorted(
         groups.items(), key=lambda group: (not _is_ratio(group[0][2]), -max(_size(r) for _, r in group[1]))
     )
     return tuple(_row(key, members) for key, members in ordered)
+
+
+def _how(raw: Mapping[str, Any]) -> str:
+    """The ways of a technique that are told apart: settings that are names, and a fitted exposure."""
+    named = [f"{key} = {value}" for key, value in (raw.get("settings") or {}).items() if isinstance(value, str)]
+    return ", ".join([*named, *(["exposure fitted"] if raw.get("fit_exposure") else [])])
 
 
 def _is_ratio(metric: str) -> bool:
@@ -59,8 +65,8 @@ def _size(raw: Mapping[str, Any]) -> float:
     return abs(float(raw["criteria"][0]["value"]))
 
 
-def _row(key: tuple[str, bool, str], members: Sequence[tuple[str, Mapping[str, Any]]]) -> Glance:
-    technique, fitted, metric = key
+def _row(key: tuple[str, str, str], members: Sequence[tuple[str, Mapping[str, Any]]]) -> Glance:
+    technique, how, metric = key
     anchor, worst = max(members, key=lambda member: _size(member[1]))
     best = min((raw for _, raw in members), key=_size)
     first = worst["criteria"][0]
@@ -68,7 +74,7 @@ def _row(key: tuple[str, bool, str], members: Sequence[tuple[str, Mapping[str, A
     return Glance(
         technique=technique,
         quantity=worst["quantity"],
-        how="exposure fitted" if fitted else "",
+        how=how,
         checks=len(members),
         metric=metric,
         least=format_metric(metric, best["criteria"][0]["value"], unit),

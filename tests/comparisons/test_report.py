@@ -306,6 +306,14 @@ def test_the_glance_puts_ratios_before_errors_that_have_a_unit() -> None:
     assert rows[0].quantity == "indirect_radiance"
 
 
+def test_the_glance_tells_settings_that_are_names_apart_and_numbers_not() -> None:
+    checks = [
+        check(settings=s, fit_exposure=False) for s in ({"side": 24}, {"side": 96}, {"lookup": "slab", "side": 9})
+    ]
+    rows = page_of(results(*checks)).glances
+    assert [(row.how, row.checks) for row in rows] == [("", 2), ("lookup = slab", 1)]
+
+
 def test_every_verdict_has_a_rank_a_glyph_and_colours() -> None:
     verdicts = {str(verdict) for verdict in Verdict}
     style = (Path(view.__file__).parent / "templates" / "style.css").read_text(encoding="utf-8")
