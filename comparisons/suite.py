@@ -18,7 +18,7 @@ from comparisons.gate import CriterionResult, Verdict, spp_needed, worst
 from comparisons.metrics import Samples
 from comparisons.parity import QUANTITIES as PARITY_QUANTITIES
 from comparisons.parity import checks_of
-from comparisons.report.pictures import write_pictures
+from comparisons.report.pictures import write_flagged, write_pictures
 from comparisons.result import CheckResult, check_id, empty_result
 from comparisons.sequential import Decision, decide, fixed_spp
 from comparisons.significance import LEAST_SPP, significance
@@ -29,7 +29,7 @@ from realtime.techniques import technique
 from reference.estimator import Reference
 from reference.quantities import quantity
 from reference.store import Store
-from scenes.errors import LightgaugeError, MachineError, NoCompiler, NoGraphics, RenderError
+from scenes.errors import FlaggedPixels, LightgaugeError, MachineError, NoCompiler, NoGraphics, RenderError
 from scenes.image import Image
 from scenes.model import Check, Scene
 
@@ -155,11 +155,20 @@ class _Runner:
         except (NoGraphics, NoCompiler):
             raise
         except LightgaugeError as error:
-            return replace(self._empty(check), message=str(error), exit_status=error.exit_status)
+            images = self._flagged(check, error) if isinstance(error, FlaggedPixels) else {}
+            return replace(self._empty(check), message=str(error), exit_status=error.exit_status, images=images)
         except Exception as error:  # noqa: BLE001  # techniques and drivers may raise anything; the other checks go on
             return replace(self._empty(check), message=_fault(error), exit_status=MachineError.exit_status)
         self.cache.write(scene, check, result)
         return result
+
+    def _flagged(self, check: Check, error: FlaggedPixels) -> dict[str, str]:
+        folder = self.cache.folder(self.request.scene, check)
+        return self._kept(folder, write_flagged(folder, "picture", error.flagged))
+
+    def _kept(self, folder: Path, pictures: dict[str, str]) -> dict[str, str]:
+        """Paths of pictures within the store, from those within a folder of it."""
+        return {name: str((folder / path).relative_to(self.store.root)) for name, path in pictures.items()}
 
     def _empty(self, check: Check) -> CheckResult:
         return empty_result(
@@ -215,7 +224,7 @@ class _Runner:
             pictures["linear"] = write_linear(folder, "picture", drawn, scene)
         return {
             "significance": tested.summary if tested is not None else None,
-            "images": {name: str((folder / path).relative_to(self.store.root)) for name, path in pictures.items()},
+            "images": self._kept(folder, pictures),
             "spp_shown": truth.spp,
             "error_scale": scale,
             "error_smoothing_px": smoothing,

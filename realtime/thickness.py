@@ -9,7 +9,7 @@ import numpy as np
 from realtime.frame import Frame, columns
 from realtime.graph import Pass
 from realtime.shader import set_uniforms
-from scenes.errors import RenderError
+from scenes.errors import FlaggedPixels
 from scenes.image import Float64
 from scenes.mesh import Mesh
 
@@ -91,10 +91,12 @@ def _close(frame: Frame, allow_open: bool) -> None:
     )
     seen, unpaired = np.frombuffer(counts.read(), dtype=np.uint32)
     if unpaired and not allow_open:
-        raise RenderError(
+        counted = frame.read("signed_sum", 2)[..., 1].reshape(sensor.height, frame.grid, sensor.width, frame.grid)
+        raise FlaggedPixels(
             f"In {unpaired} of the {seen} pixels that see the subject of scene '{frame.scene.name}', front and back "
             "faces do not pair up, so there is no thickness: its mesh is open, or the camera is inside it. Close the "
-            "mesh, move the camera, or accept those pixels with allow_open = true."
+            "mesh, move the camera, or accept those pixels with allow_open = true.",
+            (counted != 0).any(axis=(1, 3)),
         )
     frame.resources["thickness"] = thickness
 

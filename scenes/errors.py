@@ -9,10 +9,12 @@ LightgaugeError
     ├── NoGraphics        no OpenGL context
     ├── NoCompiler        no usable LLVM for Dr.Jit
     └── RenderError       a renderer produced nothing usable
+        └── FlaggedPixels at some pixels, which it names
 """
 
 import difflib
 from collections.abc import Iterable
+from typing import Any
 
 
 class LightgaugeError(Exception):
@@ -51,6 +53,14 @@ class NoCompiler(MachineError):
 
 class RenderError(MachineError):
     pass
+
+
+class FlaggedPixels(RenderError):
+    """`flagged` (H, W) bool, row 0 at the top: the pixels at which there is no value."""
+
+    def __init__(self, message: str, flagged: Any) -> None:
+        super().__init__(message)
+        self.flagged = flagged
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:

@@ -82,6 +82,14 @@ def write_pictures(
     return paths
 
 
+def write_flagged(folder: Path, stem: str, flagged: Bool) -> dict[str, str]:
+    """Write `images/STEM-realtime.png` of a technique that found no value at some pixels (H, W): they are magenta."""
+    path = f"images/{stem}-realtime.png"
+    (folder / "images").mkdir(parents=True, exist_ok=True)
+    _save(folder / path, np.where(flagged[..., None], _rgb(NOT_A_NUMBER), _rgb(NOT_JUDGED)).astype(np.uint8))
+    return {"realtime": path}
+
+
 def visible(pixels: Float32, exposure: float, display: Display) -> Float64:
     """Map values of a quantity to display values in [0, 1], (H, W, C); what is not a number stays so.
 

@@ -5,7 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image as Picture
 
 from scenes.procedural import icosphere
 
@@ -122,6 +124,10 @@ def test_an_open_mesh_is_an_error_unless_it_is_allowed(here: Path, lightgauge: L
     assert refused["verdict"] == "ERROR"
     assert "front and back faces do not pair up" in refused["message"]
     assert "allow_open = true" in refused["message"]
+    with Picture.open(here / "report" / refused["images"]["realtime"]) as picture:
+        flagged = np.all(np.asarray(picture) == (255, 0, 255), axis=2)
+    assert f"In {np.count_nonzero(flagged)} of the" in refused["message"]
+    assert flagged.any(axis=1).sum() > 3
     assert allowed["verdict"] == "PASS"
     assert allowed["criteria"][0]["value"] > 0.01
 
