@@ -11,8 +11,6 @@ and van Gemert (eds.), "Optical-Thermal Response of Laser-Irradiated Tissue".
 import math
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.special import exprel
 
 from scenes.image import Float64
 
@@ -81,6 +79,8 @@ def _scattered_once(albedo: float, tau: float, mu: Float64, mu0: Float64) -> tup
     T = albedo (exp(-tau / mu) - exp(-tau / mu0)) / (4 pi (mu - mu0)),
     written with exprel(x) = (exp(x) - 1) / x, so that neither thin layers nor mu = mu0 cancel.
     """
+    from scipy.special import exprel
+
     scale = albedo * tau / (4 * np.pi * mu * mu0)
     R = scale * exprel(-tau * (1 / mu + 1 / mu0))
     T = scale * np.exp(-tau / mu) * exprel(-tau * (1 / mu0 - 1 / mu))
@@ -93,6 +93,8 @@ def slab_radiance(albedo: float, tau: float, mu: Float64, mu0: float) -> tuple[F
     A cubic spline over the root of mu, which spreads the steep part near grazing, through COSINES values: its error
     is below 1e-5 of R and T.
     """
+    from scipy.interpolate import CubicSpline
+
     root = np.linspace(0, 1, COSINES + 1)[1:]
     R, T = slab_bsdf(albedo, tau, root**2, np.array([mu0]))
     spline = CubicSpline(root, np.stack([R[:, 0], T[:, 0]], axis=1))
