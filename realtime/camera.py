@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scenes.image import Float64
-from scenes.model import Perspective, Vec3
+from scenes.model import Perspective, ThinLens, Vec3
 
 FACES: tuple[tuple[Vec3, Vec3, Vec3], ...] = (
     ((1, 0, 0), (0, 0, -1), (0, -1, 0)),
@@ -77,6 +77,14 @@ def basis_along(forward: Float64) -> tuple[Float64, Float64]:
 
 def sensor_camera(sensor: Perspective, near: float, far: float) -> Camera:
     """The camera of a sensor; a thin lens is seen through its centre."""
+    return lens_camera(sensor, near, far, (0.0, 0.0))
+
+
+def lens_camera(sensor: Perspective, near: float, far: float, place: tuple[float, float]) -> Camera:
+    """The camera that sits in a `place` (right, up) on the lens: what lies at the focus distance stays where it is.
+
+    Haeberli & Akeley 1990, "The Accumulation Buffer: Hardware Support for High-Quality Rendering", section 5.
+    """
     eye = np.array(sensor.origin, dtype=float)
     forward = unit(np.array(sensor.target, dtype=float) - eye)
     right = unit(np.cross(forward, np.array(sensor.up, dtype=float)))
@@ -84,7 +92,14 @@ def sensor_camera(sensor: Perspective, near: float, far: float) -> Camera:
     tangent = float(np.tan(np.radians(sensor.fov_deg) / 2))
     aspect = sensor.width / sensor.height
     x, y = (tangent, tangent / aspect) if sensor.fov_axis == "x" else (tangent * aspect, tangent)
-    return Camera(eye, perspective_matrix(x, y, near, far) @ view_matrix(eye, forward, right, up), forward)
+    view = view_matrix(eye, forward, right, up)
+    if isinstance(sensor, ThinLens) and place != (0.0, 0.0):
+        shear = np.eye(4)
+        shear[:2, 3] = -np.array(place)
+        shear[:2, 2] = -np.array(place) / sensor.focus_distance
+        view = shear @ view
+        eye = eye + place[0] * right + place[1] * up
+    return Camera(eye, perspective_matrix(x, y, near, far) @ view, forward)
 
 
 def cube_cameras(eye: Float64, near: float, far: float) -> tuple[Camera, ...]:

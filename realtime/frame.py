@@ -11,18 +11,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from realtime.camera import Camera, sensor_camera
+from realtime.graph import Skip
 from realtime.shader import program, set_uniforms
 from scenes.features import Features
 from scenes.geometry import diffuse_reflectance, texture_of
 from scenes.image import Float32, Float64
 from scenes.mesh import Interface, Mesh
-from scenes.model import Diffuse, Scene, SettingValue, Texture, Translucent
+from scenes.model import Albedo, Diffuse, Scene, SettingValue, Texture, Translucent
 
 if TYPE_CHECKING:
     import moderngl
 
 TEXTURE_UNIT = 15
-"""Where surface textures are bound while meshes are drawn; passes bind their own from 0 upward."""
+PATTERN_UNIT = 14
+"""Where surface textures and the patterns of emitters are bound while meshes are drawn; passes bind their own from 0
+upward.
+"""
 
 
 @dataclass(frozen=True)
@@ -31,11 +35,16 @@ class Drawable:
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
     texture: moderngl.Texture
+    pattern: moderngl.Texture
 
 
 @dataclass
 class Frame:
-    """Everything that a pass may use. `resources` holds what earlier passes wrote, by name."""
+    """Everything that a pass may use.
+
+    `resources` holds what earlier passes wrote, by name. `skipped` takes what a pass leaves out, and why, where that
+    shows only once it runs.
+    """
 
     context: moderngl.Context
     scene: Scene
@@ -44,6 +53,7 @@ class Frame:
     settings: Mapping[str, SettingValue]
     grid: int
     resources: dict[str, Any] = field(default_factory=dict)
+    skipped: list[Skip] = field(default_factory=list)
     _programs: dict[Any, Any] = field(default_factory=dict)
 
     @property
@@ -74,10 +84,12 @@ class Frame:
 
     def reflectance_texture(self, material: Diffuse | Translucent | Interface) -> moderngl.Texture:
         """What a material's surface reflects diffusely over (u, v); one texel if that is constant."""
-        reflectance = diffuse_reflectance(material)
-        if isinstance(reflectance, Texture):
-            return self.filtered_texture(texture_of(self.scene, reflectance)[::-1])
-        return self.filtered_texture(np.array(reflectance, dtype=np.float32).reshape(1, 1, 3))
+        return self._surface_texture(diffuse_reflectance(material))
+
+    def _surface_texture(self, values: Albedo | Texture) -> moderngl.Texture:
+        if isinstance(values, Texture):
+            return self.filtered_texture(texture_of(self.scene, values)[::-1])
+        return self.filtered_texture(np.array(values, dtype=np.float32).reshape(1, 1, 3))
 
     def dispatch(
         self, shader: Any, width: int, height: int = 1, *, group: tuple[int, int] = (8, 8), **uniforms: Any
@@ -127,6 +139,7 @@ class Frame:
             self.context.buffer(vertices.tobytes()),
             self.context.buffer(np.ascontiguousarray(surface.faces, dtype=np.uint32).tobytes()),
             self.reflectance_texture(mesh.material),
+            self._surface_texture(mesh.pattern or (1.0, 1.0, 1.0)),
         )
 
     def draw(
@@ -149,7 +162,14 @@ class Frame:
             if mesh.name in received:
                 layout.append((received[mesh.name], "4f4", "in_received"))
             drawable.texture.use(TEXTURE_UNIT)
-            set_uniforms(shader, reflectance_map=TEXTURE_UNIT, is_subject=float(mesh.is_subject))
+            drawable.pattern.use(PATTERN_UNIT)
+            set_uniforms(
+                shader,
+                reflectance_map=TEXTURE_UNIT,
+                is_subject=float(mesh.is_subject),
+                emission=mesh.radiance or (0.0, 0.0, 0.0),
+                emission_map=PATTERN_UNIT,
+            )
             array = self.context.vertex_array(shader, layout, drawable.indices, skip_errors=True)
             array.render()
             array.release()

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scenes.geometry import texture_of
 from scenes.image import Float32, Float64
 from scenes.mesh import Mesh, Surface
 from scenes.model import DirectionalLight, PointLight, Scene
@@ -40,9 +41,10 @@ def lights_of(scene: Scene, meshes: tuple[Mesh, ...], facets: int) -> list[Light
                 direction = np.array(emitter.direction) / np.linalg.norm(emitter.direction)
                 lights.append(Light(PARALLEL, zero, direction, np.array(emitter.irradiance), 0.0, source))
             case Mesh():
-                places, axes, area = facets_of(emitter.surface, facets)
-                strength = np.array(emitter.radiance) * area
-                lights += [Light(FACET, p, a, strength, area, source) for p, a in zip(places, axes, strict=True)]
+                spread = facets_of(emitter.surface, facets)
+                strengths = np.array(emitter.radiance) * spread.area * _pattern(scene, emitter, spread.uvs)
+                facing = zip(spread.places, spread.normals, strengths, strict=True)
+                lights += [Light(FACET, p, n, strength, spread.area, source) for p, n, strength in facing]
     return lights
 
 
@@ -54,8 +56,29 @@ def light_rows(lights: list[Light]) -> Float32:
     return rows
 
 
-def facets_of(surface: Surface, count: int) -> tuple[Float64, Float64, float]:
-    """Points spread evenly over a surface by area: positions (count, 3), face normals (count, 3), area of each.
+def _pattern(scene: Scene, mesh: Mesh, uvs: Float64) -> Float64:
+    """The factor (N, 3) by which an emitter's pattern scales its radiance: its nearest texel, as it repeats."""
+    if mesh.pattern is None:
+        return np.ones((len(uvs), 3))
+    texels = texture_of(scene, mesh.pattern)[::-1]
+    height, width, _ = texels.shape
+    column, row = (np.floor(uvs % 1 * (width, height)).astype(int) % (width, height)).T
+    factors: Float64 = texels[row, column].astype(float)
+    return factors
+
+
+@dataclass(frozen=True)
+class Facets:
+    """`places`, face `normals` (N, 3) and `uvs` (N, 2) of points that each stand for an equal `area` of a surface."""
+
+    places: Float64
+    normals: Float64
+    uvs: Float64
+    area: float
+
+
+def facets_of(surface: Surface, count: int) -> Facets:
+    """Points spread evenly over a surface by area.
 
     Points follow the R2 sequence (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
     """
@@ -70,5 +93,6 @@ def facets_of(surface: Surface, count: int) -> tuple[Float64, Float64, float]:
     root = np.sqrt(u[:, 0])
     weights = np.stack([1 - root, root * (1 - u[:, 1]), root * u[:, 1]], axis=1)
     places = np.einsum("nk,nkc->nc", weights, corners[chosen])
+    uvs = np.einsum("nk,nkc->nc", weights, surface.uvs.astype(float)[surface.faces.astype(np.int64)][chosen])
     normals = cross[chosen] / np.linalg.norm(cross[chosen], axis=1, keepdims=True)
-    return places, normals, float(areas.sum() / count)
+    return Facets(places, normals, uvs, float(areas.sum() / count))

@@ -72,6 +72,7 @@ class Renderer:
         seconds = self._run(frame, todo)
         if timed:
             frame.resources.clear()
+            frame.skipped.clear()
             seconds = self._run(frame, todo)
         pixels = require_finite(
             frame.read("image", 4)[..., list(technique.channels)], f"image of {self.scene.name}, {technique.name}"
@@ -82,7 +83,7 @@ class Renderer:
             "settings": settings,
             "renderer": renderer_name(self._context),
         }
-        return Rendering(Image(pixels, provenance), todo.skipped, sum(seconds.values()), seconds)
+        return Rendering(Image(pixels, provenance), (*todo.skipped, *frame.skipped), sum(seconds.values()), seconds)
 
     def _run(self, frame: Frame, todo: Plan) -> dict[str, float]:
         seconds = {}

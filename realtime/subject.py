@@ -73,9 +73,9 @@ def _add_surfels(frame: Frame, count: int) -> None:
 
 
 def _surfel_rows(mesh: Mesh, reflectance: Float64, count: int) -> Float32:
-    places, normals, area = facets_of(mesh.surface, count)
+    facets = facets_of(mesh.surface, count)
     rows = np.zeros((count, FLOATS_A_SURFEL), dtype=np.float32)
-    rows[:, 0:3], rows[:, 3], rows[:, 4:7], rows[:, 8:11] = places, area, normals, reflectance
+    rows[:, 0:3], rows[:, 3], rows[:, 4:7], rows[:, 8:11] = facets.places, facets.area, facets.normals, reflectance
     return rows
 
 

@@ -91,8 +91,16 @@ def mesh_dict(mesh: Mesh, read_texture: Callable[[Texture], Float32], length_uni
     if isinstance(mesh.material, Translucent):
         plain["interior"] = medium_dict(mesh.material, length_unit)
     if mesh.radiance is not None:
-        plain["emitter"] = {"type": "area", "radiance": rgb(mesh.radiance)}
+        plain["emitter"] = {"type": "area", "radiance": _emitted(mesh, mesh.radiance, read_texture)}
     return plain
+
+
+def _emitted(mesh: Mesh, radiance: Rgb, read_texture: Callable[[Texture], Float32]) -> Plain:
+    """Colours of emitters may exceed 1, which a bitmap of floats can hold."""
+    if mesh.pattern is None:
+        return rgb(radiance)
+    pixels = read_texture(mesh.pattern) * np.array(radiance, dtype=np.float32)
+    return {"type": "bitmap", "pixels": pixels, "wrap_mode": "repeat"}
 
 
 def emitter_dicts(scene: Scene) -> Plain:

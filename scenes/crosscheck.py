@@ -171,16 +171,11 @@ def _subject(document: Document) -> Iterator[Complaint]:
 
 def _area_lights(document: Document) -> Iterator[Complaint]:
     known = _shape_list(document)
-    subject = document.get("subject")
     clear = _shapes_that_light_passes(document)
     lit = list(_texts(_rows(document, "emitters", "area"), "shape"))
     for path, name in lit:
         if name not in known:
             yield _unknown(path, "shape", name, known)
-        elif isinstance(subject, list) and name in subject:
-            yield Complaint(
-                path, f'an area light on the subject "{name}"', "shapes that are not judged: subjects only reflect"
-            )
         elif name in clear:
             yield Complaint(
                 path, f'an area light on "{name}", which light passes', "shapes of diffuse material that are no eyes"
@@ -222,6 +217,11 @@ def _files(document: Document, folder: Path) -> Iterator[Complaint]:
         ((*path, "reflectance"), table["reflectance"])
         for path, table in materials
         if isinstance(table.get("reflectance"), dict)
+    ]
+    textures += [
+        ((*path, "texture"), table["texture"])
+        for path, table in _rows(document, "emitters", "area")
+        if isinstance(table.get("texture"), dict)
     ]
     for path, texture in textures:
         file = texture.get("path")

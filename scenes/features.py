@@ -7,6 +7,7 @@ from scenes.mesh import Mesh
 from scenes.model import (
     AreaLight,
     ConstantLight,
+    Diffuse,
     DirectionalLight,
     DiskLight,
     EnvironmentLight,
@@ -15,6 +16,7 @@ from scenes.model import (
     PointLight,
     Scene,
     Slab,
+    SphereLight,
     Texture,
     ThinLens,
     Translucent,
@@ -48,6 +50,14 @@ class Features:
     brightest_reflectance: float
     """Highest diffuse reflectance of the surroundings: bounds how fast the light that bounces among them dies out."""
 
+    nothing_reflects: bool
+    """Every surface is black: what is seen is emitted."""
+
+    has_one_omni_light: bool
+    """One point or sphere light, whatever else there is."""
+
+    has_sphere_light: bool
+
     @property
     def has_local_or_directional_lights(self) -> bool:
         return self.has_point_lights or self.has_directional_lights or self.has_surface_lights
@@ -64,7 +74,7 @@ def features_of(scene: Scene, meshes: tuple[Mesh, ...]) -> Features:
         is_dark=not kinds,
         has_point_lights=PointLight in kinds,
         has_directional_lights=DirectionalLight in kinds,
-        has_surface_lights=bool(kinds & {AreaLight, DiskLight, LineLight}),
+        has_surface_lights=bool(kinds & {AreaLight, DiskLight, LineLight, SphereLight}),
         has_sky=bool(kinds & {ConstantLight, EnvironmentLight}),
         is_lit_by_constant_sky_alone=[type(e) for e in scene.emitters] == [ConstantLight],
         is_lit_by_directional_lights_alone=kinds == {DirectionalLight},
@@ -78,11 +88,18 @@ def features_of(scene: Scene, meshes: tuple[Mesh, ...]) -> Features:
         subject_is_slab=is_translucent and _subject_types(scene) == [Slab],
         is_body_alone=all(m.radiance is not None for m in surroundings) and brightest == 0,
         brightest_reflectance=brightest,
+        nothing_reflects=all(_reflects_nothing(scene, m) for m in meshes),
+        has_one_omni_light=sum(isinstance(e, PointLight | SphereLight) for e in scene.emitters) == 1,
+        has_sphere_light=SphereLight in kinds,
     )
 
 
 def _subject_types(scene: Scene) -> list[type]:
     return [type(shape) for shape in scene.shapes if shape.name in scene.subject]
+
+
+def _reflects_nothing(scene: Scene, mesh: Mesh) -> bool:
+    return isinstance(mesh.material, Diffuse) and _brightest(scene, mesh) == 0
 
 
 def _brightest(scene: Scene, mesh: Mesh) -> float:

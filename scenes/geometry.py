@@ -27,13 +27,13 @@ from scenes.model import (
     LineLight,
     MeshFile,
     Rectangle,
-    Rgb,
     Room,
     Scene,
     Shape,
     ShapeBase,
     Slab,
     Sphere,
+    SphereLight,
     Texture,
     Torus,
     TorusKnot,
@@ -45,11 +45,14 @@ from scenes.topology import is_watertight, signed_volume
 
 TEXTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".exr")
 EIGHT_BIT_MODES = ("1", "L", "LA", "P", "RGB", "RGBA")
+SPHERE_LIGHT_DETAIL = 4
+"""Its silhouette is 0.2 % smaller than the sphere's."""
+
 BLACK = Diffuse(type="diffuse", reflectance=(0.0, 0.0, 0.0))
 
 
 def geometry_of(scene: Scene) -> tuple[Mesh, ...]:
-    """One mesh a shape, in the order of the scene, and one a disk or line light ("emitter-3").
+    """One mesh a shape, in the order of the scene, and one a disk, line or sphere light ("emitter-3").
 
     A room has one a wall ("name/left"), an eye has two ("name/sclera", "name/cornea").
 
@@ -60,7 +63,7 @@ def geometry_of(scene: Scene) -> tuple[Mesh, ...]:
     """
     meshes: list[Mesh] = []
     problems: list[str] = []
-    emitted = {light.shape: light.radiance for light in scene.emitters if isinstance(light, AreaLight)}
+    emitted = {light.shape: light for light in scene.emitters if isinstance(light, AreaLight)}
     names = {shape.name for shape in scene.shapes}
     problems += [f'an area light names the unknown shape "{name}".' for name in emitted if name not in names]
     for shape in scene.shapes:
@@ -79,17 +82,20 @@ def _light_meshes(scene: Scene) -> Iterator[Mesh]:
             yield disk_light_mesh(f"emitter-{i}", light)
         elif isinstance(light, LineLight):
             yield line_light_mesh(f"emitter-{i}", light)
+        elif isinstance(light, SphereLight):
+            yield sphere_light_mesh(f"emitter-{i}", light)
 
 
-def _meshes_of(scene: Scene, shape: Shape, radiance: Rgb | None) -> Iterator[Mesh]:
+def _meshes_of(scene: Scene, shape: Shape, light: AreaLight | None) -> Iterator[Mesh]:
     for suffix, material, surface in _surfaces_of(scene, shape):
         yield Mesh(
             name=shape.name + suffix,
             shape=shape.name,
             surface=placed(surface, shape),
             material=material if isinstance(material, Interface) else _material_of(scene, material),
-            radiance=radiance,
+            radiance=light.radiance if light else None,
             is_subject=shape.name in scene.subject,
+            pattern=light.texture if light else None,
         )
 
 
@@ -188,6 +194,12 @@ def line_light_mesh(name: str, light: LineLight) -> Mesh:
     along_y = np.roll(_basis(tuple(end - start)), -1, axis=1)
     unplaced = bodies.tube(light.radius, float(np.linalg.norm(end - start)))
     surface = _moved(unplaced, 1.0, along_y, tuple(0.5 * (start + end)))
+    return Mesh(name, name, surface, BLACK, light.radiance, is_subject=False)
+
+
+def sphere_light_mesh(name: str, light: SphereLight) -> Mesh:
+    """A ball that emits the light's radiance and reflects nothing; its vertices lie on the sphere."""
+    surface = _moved(procedural.sphere(light.radius, SPHERE_LIGHT_DETAIL), 1.0, np.eye(3), light.position)
     return Mesh(name, name, surface, BLACK, light.radiance, is_subject=False)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.image import Float32
-from scenes.model import Diffuse, Rgb, Translucent
+from scenes.model import Diffuse, Rgb, Texture, Translucent
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,10 @@ class Interface:
 
 @dataclass(frozen=True)
 class Mesh:
-    """A surface placed in a scene: which shape it came from, what it is made of, what it emits."""
+    """A surface placed in a scene: which shape it came from, what it is made of, what it emits.
+
+    A `pattern` over (u, v) scales the radiance that the front side emits.
+    """
 
     name: str
     shape: str
@@ -42,3 +45,4 @@ class Mesh:
     material: Diffuse | Translucent | Interface
     radiance: Rgb | None
     is_subject: bool
+    pattern: Texture | None = None

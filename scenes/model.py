@@ -346,11 +346,12 @@ class DirectionalLight(Strict):
 
 
 class AreaLight(Strict):
-    """The front side of a shape emits `radiance` [W/(m² sr)]."""
+    """The front side of a shape emits `radiance` [W/(m² sr)], times a `texture` over its (u, v) if there is one."""
 
     type: Literal["area"]
     shape: Name
     radiance: Rgb
+    texture: Texture | None = None
 
 
 class DiskLight(Strict):
@@ -367,6 +368,15 @@ class DiskLight(Strict):
         if sum(c * c for c in self.normal) < 1e-12:
             raise ValueError("normal must not be the zero vector")
         return self
+
+
+class SphereLight(Strict):
+    """A ball that emits `radiance` [W/(m² sr)] evenly and reflects nothing."""
+
+    type: Literal["sphere"]
+    position: Vec3
+    radius: Positive
+    radiance: Rgb
 
 
 class LineLight(Strict):
@@ -404,7 +414,7 @@ class EnvironmentLight(Strict):
 
 
 Emitter = Annotated[
-    PointLight | DirectionalLight | AreaLight | DiskLight | LineLight | ConstantLight | EnvironmentLight,
+    PointLight | SphereLight | DirectionalLight | AreaLight | DiskLight | LineLight | ConstantLight | EnvironmentLight,
     Field(discriminator="type"),
 ]
 

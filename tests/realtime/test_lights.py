@@ -37,7 +37,8 @@ def home_faces(surface: Surface, places: Float64) -> Float64:
 @surfaces
 @pytest.mark.parametrize("count", [1, 16, 200])
 def test_facets_lie_on_the_surface_and_face_as_it_does(surface: Surface, count: int) -> None:
-    places, axes, _ = facets_of(surface, count)
+    facets = facets_of(surface, count)
+    places, axes = facets.places, facets.normals
     assert places.shape == axes.shape == (count, 3)
     faces = home_faces(surface, places)
     assert faces.min() >= 0
@@ -49,20 +50,20 @@ def test_facets_lie_on_the_surface_and_face_as_it_does(surface: Surface, count: 
 @surfaces
 @pytest.mark.parametrize("count", [1, 16])
 def test_facets_have_the_area_of_the_surface(surface: Surface, count: int) -> None:
-    area = facets_of(surface, count)[2]
+    area = facets_of(surface, count).area
     assert count * area == pytest.approx(surface_area(surface), rel=1e-6)
 
 
 def test_facets_are_spread_by_area() -> None:
     """A box of 1 x 2 x 3 has faces of 6, 3 and 2: the normals along x, y and z."""
-    axes = facets_of(SURFACES["box"], 220)[1]
+    axes = facets_of(SURFACES["box"], 220).normals
     np.testing.assert_allclose(np.abs(axes).sum(axis=0), [120, 60, 40], atol=1)
 
 
 @pytest.mark.parametrize("name", ["rectangle", "disk"])
 def test_facets_cover_a_sheet_evenly(name: str) -> None:
     """Mean and variance along both axes, against those of a uniform density."""
-    places = facets_of(SURFACES[name], 256)[0][:, :2]
+    places = facets_of(SURFACES[name], 256).places[:, :2]
     variance = np.array([2.0**2, 3.0**2]) / 12 if name == "rectangle" else np.full(2, 0.7**2 / 4)
     np.testing.assert_allclose(places.mean(axis=0), 0, atol=0.03 * np.sqrt(variance).max())
     np.testing.assert_allclose(places.var(axis=0), variance, rtol=0.05)
@@ -71,7 +72,8 @@ def test_facets_cover_a_sheet_evenly(name: str) -> None:
 def test_facets_of_a_disk_shine_as_the_disk_does(glsl: Callable[..., Float64]) -> None:
     """E = pi L R² / (h² + R²) below its centre. Closer than a facet is wide, the formula of a small disk loses some."""
     radius, count = 0.7, 256
-    places, axes, area = facets_of(procedural.disk(radius), count)
+    facets = facets_of(procedural.disk(radius), count)
+    places, axes, area = facets.places, facets.normals, facets.area
     for h, loss in ((0.25 * radius, 0.06), (radius, 0.01), (4 * radius, 0.01)):
         rows = np.zeros((count, 5, 4))
         rows[:, 0, :3], rows[:, 0, 3], rows[:, 1, :3], rows[:, 1, 3] = places, FACET, axes, area
