@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
+from scenes.inherit import EXTENDS
 from scenes.lines import KeyPath
 from scenes.model import Scene
 
@@ -82,7 +83,7 @@ def shown(value: Any) -> str:
 
 def top_level_keys() -> list[str]:
     """The keys that a scene file may have outside of any table."""
-    return [key for key in _scene_schema()["properties"] if key not in FILLED_IN]
+    return [EXTENDS, *(key for key in _scene_schema()["properties"] if key not in FILLED_IN)]
 
 
 def _complaint(details: ErrorDetails, document: dict[str, Any]) -> Complaint | None:

@@ -3,16 +3,15 @@
 import difflib
 import json
 import re
-import tomllib
 from pathlib import Path
-from typing import Any
 
 from pydantic import ValidationError
 
 from scenes.complaints import FILLED_IN, Complaint, complaints_of, top_level_keys, unknown_key
 from scenes.crosscheck import cross_check
 from scenes.errors import SceneError
-from scenes.lines import KeyPath, key_lines, line_of
+from scenes.inherit import Source, home_of, merged, sources
+from scenes.lines import KeyPath
 from scenes.model import Scene
 
 LIBRARY = Path(__file__).parent / "library"
@@ -53,13 +52,15 @@ def _close_to(name: str) -> str:
 def load_scene(path: Path) -> Scene:
     """The scene in a TOML file; its name is the file's, and paths in it are relative to the file's folder.
 
+    It may extend another: see `scenes.inherit`.
+
     Raises
     ------
     SceneError
         One line a problem: `FILE:LINE: key: found X; allowed: Y`.
     """
-    text = _read(path)
-    document = _parse(path, text)
+    found = sources(path, _read(path))
+    document = merged(found)
     written = {key: value for key, value in document.items() if key not in FILLED_IN}
     complaints = [unknown_key((key,), top_level_keys()) for key in FILLED_IN if key in document]
     complaints += cross_check(written, path.parent)
@@ -69,7 +70,7 @@ def load_scene(path: Path) -> Scene:
     except ValidationError as error:
         complaints += complaints_of(error, filled)
     if complaints:
-        raise SceneError(_report(path, text, complaints))
+        raise SceneError(_report(found, complaints))
     return scene
 
 
@@ -87,28 +88,17 @@ def _read(path: Path) -> str:
         ) from error
 
 
-def _parse(path: Path, text: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        message = str(error)
-        found = re.search(r" \(at line (\d+), column (\d+)\)", message)
-        line, place = (found[1], f" at column {found[2]}") if found else (text.count("\n") + 1, "")
-        what = message.removesuffix(found[0]) if found else message
-        raise SceneError(f"{path}:{line}: this is not TOML: {what}{place}. Mend the line.") from error
-
-
 def _as_table(moment: object) -> dict[str, str]:
     """JSON for a TOML date or time, which no key takes: a table is refused everywhere, a text might pass for a name."""
     return {"date": str(moment)}
 
 
-def _report(path: Path, text: str, complaints: list[Complaint]) -> str:
-    lines = key_lines(text)
-    placed = [(line_of(lines, complaint.path), complaint) for complaint in complaints]
+def _report(found: list[Source], complaints: list[Complaint]) -> str:
+    homes = [(home_of(found, complaint.path), complaint) for complaint in complaints]
+    placed = [(found.index(home), home.line(complaint.path), home.path, complaint) for home, complaint in homes]
     return "\n".join(
         f"{path}:{line}: {dotted(complaint.path)}: found {complaint.found}; allowed: {complaint.allowed}"
-        for line, complaint in sorted(placed, key=lambda item: item[0])
+        for _, line, path, complaint in sorted(placed, key=lambda item: item[:2])
     )
 
 

@@ -183,7 +183,7 @@ def test_what_the_schema_refuses_is_said_in_words(tmp_path: Path, old: str, new:
 @pytest.mark.parametrize("key", ["name", "folder"])
 def test_name_and_folder_come_from_the_file_alone(tmp_path: Path, key: str) -> None:
     (said,) = complaints(tmp_path, f'{key} = "mine"\n' + GOOD)
-    assert said.startswith(f"1: {key}: found an unknown key; allowed: title, description, length_unit, sensor,")
+    assert said.startswith(f"1: {key}: found an unknown key; allowed: extends, title, description,")
 
 
 LIGHT = '\n[[emitters]]\ntype = "area"\nshape = "{}"\nradiance = [1, 1, 1]\n'
