@@ -1,0 +1,64 @@
+import re
+import xml.etree.ElementTree as ET
+
+import pytest
+
+from comparisons.report.plot import COLOURS, Point, Series, loglog_plot
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def drawn(*series: Series) -> ET.Element:
+    return ET.fromstring(loglog_plot("Error & time", "time [ms]", "error < budget", series))
+
+
+def line(root: ET.Element, index: int = 0) -> list[tuple[float, ...]]:
+    corners = root.findall(f"{SVG}polyline")[index].attrib["points"].split()
+    return [tuple(map(float, corner.split(","))) for corner in corners]
+
+
+def test_a_power_law_is_a_straight_line() -> None:
+    (x0, y0), (x1, y1), (x2, y2) = line(drawn(Series("law", [Point(t, t**-0.5) for t in (1, 10, 100)])))
+    assert x0 < x1 < x2
+    assert y0 < y1 < y2  # downward on the page: less error
+    assert (x1 - x0, y1 - y0) == pytest.approx((x2 - x1, y2 - y1), abs=0.11)
+
+
+def test_ticks_are_powers_of_ten_or_finer_within_a_decade() -> None:
+    def labels(*values: float) -> set[str | None]:
+        root = drawn(Series("s", [Point(v, v) for v in values]))
+        return {text.text for text in root.findall(f"{SVG}text")}
+
+    assert {"1", "10", "100"} <= labels(1, 100)
+    assert {"2", "5"} <= labels(1.5, 6)
+
+
+def test_intervals_reach_from_low_to_high() -> None:
+    root = drawn(Series("s", [Point(1, 2, 1, 4), Point(10, 2)]))
+    ((low, high),) = re.findall(
+        r'd="M[\d.]+,([\d.]+)V([\d.]+)" stroke="#', ET.tostring(root).decode().replace("ns0:", "")
+    )
+    assert float(low) > line(root)[0][1] > float(high)
+
+
+def test_series_differ_by_colour_and_mark_and_are_named() -> None:
+    root = drawn(*(Series(f"technique {i}", [Point(1, 1)]) for i in range(len(COLOURS))))
+    marks = {(path.attrib["d"], path.attrib["fill"]) for path in root.findall(f"{SVG}path") if "fill" in path.attrib}
+    assert len(marks) == len({d for d, _ in marks}) == len({fill for _, fill in marks}) == len(COLOURS)
+    assert {f"technique {i}" for i in range(6)} <= {text.text for text in root.findall(f"{SVG}text")}
+
+
+def test_who_cannot_see_it_hears_the_values() -> None:
+    root = drawn(Series("talk", [Point(3, 0.25)]))
+    assert root.attrib["role"] == "img"
+    assert root.findtext(f"{SVG}title") == "Error & time"
+    assert root.findtext(f"{SVG}desc") == "talk: 3 0.25"
+
+
+@pytest.mark.parametrize(
+    "series",
+    [[], [Series("s", [])], [Series("s", [Point(0, 1)])], [Series("s", [Point(1, 1)])] * (len(COLOURS) + 1)],
+)
+def test_what_cannot_be_drawn_is_refused(series: list[Series]) -> None:
+    with pytest.raises(ValueError, match=r"found|series of"):
+        loglog_plot("t", "x", "y", series)
