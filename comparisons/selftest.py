@@ -35,7 +35,20 @@ from scenes.model import Check, Criterion
 MASKED_SHARE = 0.25
 """A fault smaller than this share of the image's own error adds at most sqrt(1 + 1/16) - 1 = 3 % to it."""
 
-ERROR_AVERAGES = frozenset({"nrmse", "rel_mse_eps1e-2", "rms", "rel_rms", "flip", "dssim_tonemapped", "delta_e_itp"})
+ERROR_AVERAGES = frozenset(
+    {
+        "nrmse",
+        "rel_mse_eps1e-2",
+        "rel_mse_clipped",
+        "rms",
+        "rel_rms",
+        "rmse",
+        "penumbra_rmse",
+        "flip",
+        "dssim_tonemapped",
+        "delta_e_itp",
+    }
+)
 """Metrics that average the size of errors, of which a large one hides a small one."""
 
 

@@ -268,7 +268,8 @@ def error_scale(criteria: Iterable[CriterionResult], samples: Samples) -> float:
     """
     mean = float(np.mean(np.abs(samples.masked)))
     rms = float(np.sqrt(np.mean(samples.masked.mean(axis=0) ** 2)))
-    unit = {"nrmse": mean, "rel_rms": rms, "rms": 1.0, "max_abs": 1.0, "p99_abs": 1.0}
+    absolute = dict.fromkeys(("rms", "rmse", "penumbra_rmse", "max_abs", "p99_abs"), 1.0)
+    unit = {"nrmse": mean, "rel_rms": rms, **absolute}
     for criterion in criteria:
         if criterion.metric in unit and criterion.max:
             return ERROR_RANGE * criterion.max * unit[criterion.metric]

@@ -61,12 +61,28 @@ def surfel_passes(features: Features, side: int, block: int, shadow_side: int, f
     ]
 
 
-def bounce_passes(features: Features) -> list[Pass]:
-    """Let the light bounce between all surfels until little is left."""
-    dark = "" if features.brightest_reflectance > 0 else "the surroundings reflect nothing"
+def bounce_passes(features: Features, lights_itself: bool = False) -> list[Pass]:
+    """Let the light bounce between all surfels until little is left.
+
+    A subject that `lights_itself` does so even where the surroundings are black.
+    """
+    dark = "" if features.brightest_reflectance > 0 or lights_itself else "the surroundings reflect nothing"
     return [
-        Pass("transport", _transport, reads=("surfels",), uses=("visibility",), writes=("transport",), skip=dark),
-        Pass("bounce", _bounce, reads=("surfels", "transport"), writes=("reflected",), skip=dark),
+        Pass(
+            "transport",
+            _transport,
+            reads=("surfels",),
+            uses=("visibility", "transfer"),
+            writes=("transport",),
+            skip=dark,
+        ),
+        Pass(
+            "bounce",
+            lambda frame: _bounce(frame, lights_itself),
+            reads=("surfels", "transport"),
+            writes=("reflected",),
+            skip=dark,
+        ),
     ]
 
 
@@ -74,13 +90,14 @@ def bounce_passes(features: Features) -> list[Pass]:
 class Surfels:
     """`buffer` holds `count` surfels, the first `surroundings` of them from the cube, the rest of the subject.
 
-    `closed` is 1 where the cube sees no sky.
+    `closed` is 1 where the cube sees no sky. `own_reflectance` is the highest of the subject's.
     """
 
     buffer: moderngl.Buffer
     count: int
     surroundings: int
     closed: float
+    own_reflectance: float = 0.0
 
     def uniforms(self) -> dict[str, Any]:
         """What the shaders that read surfels need to know."""
@@ -153,29 +170,44 @@ def bind_visibility(frame: Frame) -> dict[str, int]:
     return {"words": visibility.words}
 
 
+def large_buffer(frame: Frame, size: int, what: str, remedy: str) -> moderngl.Buffer:
+    """A buffer of `size` bytes, for `what` needs it.
+
+    Raises
+    ------
+    InputError
+        This GPU allows none as large; `remedy` says what to do.
+    """
+    largest = int(frame.context.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"])
+    if size > largest:
+        raise InputError(f"{what} of {size / 1e6:.0f} MB; this GPU allows buffers of {largest / 1e6:.0f} MB. {remedy}")
+    return frame.context.buffer(reserve=size)
+
+
 def _transport(frame: Frame) -> None:
     surfels: Surfels = frame.resources["surfels"]
-    size, largest = surfels.count**2 * 4, int(frame.context.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"])
-    if size > largest:
-        raise InputError(
-            f"Light between {surfels.count} surfels needs a matrix of {size / 1e6:.0f} MB; this GPU allows buffers of "
-            f"{largest / 1e6:.0f} MB. Set block higher, or side or subject_surfels lower."
-        )
-    transport = frame.context.buffer(reserve=size)
+    transport = large_buffer(
+        frame,
+        surfels.count**2 * 4,
+        f"Light between {surfels.count} surfels needs a matrix",
+        "Set block higher, or side or subject_surfels lower.",
+    )
     surfels.buffer.bind_to_storage_buffer(0)
     transport.bind_to_storage_buffer(1)
     shader = frame.program("indirect/transport.comp")
-    frame.dispatch(shader, surfels.count, group=(1, 1), **surfels.uniforms(), **bind_visibility(frame))
+    receivers = surfels.surroundings if "transfer" in frame.resources else surfels.count
+    frame.dispatch(shader, receivers, group=(1, 1), **surfels.uniforms(), **bind_visibility(frame))
     frame.resources["transport"] = transport
 
 
-def _bounce(frame: Frame) -> None:
+def _bounce(frame: Frame, lights_itself: bool) -> None:
     surfels: Surfels = frame.resources["surfels"]
     before, after = surfels.radiance(frame), frame.context.buffer(reserve=surfels.count * 16)
     surfels.buffer.bind_to_storage_buffer(0)
     frame.resources["transport"].bind_to_storage_buffer(1)
     shader = frame.program("indirect/bounce.comp")
-    for _ in range(bounces_for(frame.features.brightest_reflectance)):
+    brightest = max(frame.features.brightest_reflectance, surfels.own_reflectance if lights_itself else 0.0)
+    for _ in range(bounces_for(brightest)):
         before.bind_to_storage_buffer(2)
         after.bind_to_storage_buffer(3)
         frame.dispatch(shader, surfels.count, group=(64, 1), surfel_count=surfels.count)
@@ -185,8 +217,8 @@ def _bounce(frame: Frame) -> None:
 
 def reflected(frame: Frame) -> moderngl.Buffer:
     """What each surfel reflects after the bounces, or without any if they were skipped."""
-    if "reflected" in frame.resources:
-        bounced: moderngl.Buffer = frame.resources["reflected"]
-        return bounced
-    surfels: Surfels = frame.resources["surfels"]
-    return surfels.radiance(frame)
+    if "reflected" not in frame.resources:
+        surfels: Surfels = frame.resources["surfels"]
+        frame.resources["reflected"] = surfels.radiance(frame)
+    buffer: moderngl.Buffer = frame.resources["reflected"]
+    return buffer

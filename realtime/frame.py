@@ -13,6 +13,7 @@ import numpy as np
 from realtime.camera import Camera, sensor_camera
 from realtime.graph import Skip
 from realtime.shader import program, set_uniforms
+from scenes.errors import InputError
 from scenes.features import Features
 from scenes.geometry import diffuse_reflectance, texture_of
 from scenes.image import Float32, Float64
@@ -94,9 +95,23 @@ class Frame:
     def dispatch(
         self, shader: Any, width: int, height: int = 1, *, group: tuple[int, int] = (8, 8), **uniforms: Any
     ) -> None:
-        """Run a compute shader over width x height invocations."""
+        """Run a compute shader over width x height invocations.
+
+        Raises
+        ------
+        InputError
+            They are more than this GPU runs at once: it would run none, and say nothing.
+        """
+        groups = -(-width // group[0]), -(-height // group[1])
+        most = self.context.info["GL_MAX_COMPUTE_WORK_GROUP_COUNT"][:2]
+        if any(wanted > allowed for wanted, allowed in zip(groups, most, strict=True)):
+            raise InputError(
+                f"Scene '{self.scene.name}' needs {groups[0]} x {groups[1]} groups of a compute shader, one for each "
+                f"vertex of the subject or block of pixels; this GPU allows {most[0]} x {most[1]}. Give the subject "
+                "fewer vertices, or the technique lower settings."
+            )
         set_uniforms(shader, **uniforms)
-        shader.run(-(-width // group[0]), -(-height // group[1]), 1)
+        shader.run(*groups, 1)
         self.context.memory_barrier()
 
     @cached_property
@@ -120,12 +135,16 @@ class Frame:
         return centre
 
     @cached_property
-    def camera(self) -> Camera:
-        """The sensor's camera, with clip planes that hold the whole scene."""
+    def clip_planes(self) -> tuple[float, float]:
+        """Nearest and farthest planar depth that the sensor may see: the whole scene lies between."""
         centre, radius = self.bounds
         distance = float(np.linalg.norm(centre - np.array(self.scene.sensor.origin)))
-        near = max(1e-3 * radius, distance - 1.01 * radius)
-        return sensor_camera(self.scene.sensor, near=near, far=distance + 1.01 * radius)
+        return max(1e-3 * radius, distance - 1.01 * radius), distance + 1.01 * radius
+
+    @cached_property
+    def camera(self) -> Camera:
+        """The sensor's camera."""
+        return sensor_camera(self.scene.sensor, *self.clip_planes)
 
     @cached_property
     def drawables(self) -> tuple[Drawable, ...]:

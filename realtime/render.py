@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     import moderngl
 
 
+LONG_FRAME = 5.0
+"""Seconds. A frame that takes longer is not drawn twice to be timed: compiling its shaders is a small part of it."""
+
+
 @dataclass(frozen=True)
 class Rendering:
     """`seconds` is a frame's time once everything is compiled, by the wall clock, with reading back left out."""
@@ -70,7 +74,7 @@ class Renderer:
         todo = plan(technique.passes(self.scene, features, settings), "image")
         frame = Frame(self._context, self.scene, meshes, features, settings, technique.grid)
         seconds = self._run(frame, todo)
-        if timed:
+        if timed and sum(seconds.values()) < LONG_FRAME:
             frame.resources.clear()
             frame.skipped.clear()
             seconds = self._run(frame, todo)

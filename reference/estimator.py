@@ -3,8 +3,9 @@
 A sampled truth is ACCUMULATORS independent images of equally many samples. They are never averaged here: their spread
 is what every error bar is made of. Blocks are of 1, 1, 2, 4, ... samples a pixel and accumulator, LARGEST_BLOCK at
 most, so that more samples only add blocks, and none is rendered twice. Every path of a launch draws from a stream of
-its own, and every launch has its own seed, hashed to 32 bits: consecutive seeds of Mitsuba's samplers repeat each
-other's noise, shifted by a pixel.
+its own, but where it starts: there the samples of a pixel and accumulator within a block are stratified, and shifted at
+random against all others (`reference.sampling.film_and_lens`). Every launch has its own seed, hashed to 32 bits:
+consecutive seeds of Mitsuba's samplers repeat each other's noise, shifted by a pixel.
 """
 
 import hashlib
@@ -174,10 +175,10 @@ class Reference:
         if where not in self._masks:
             mask: Bool = self._exact(where).pixels[..., 0] == 1
             if not mask.any():
+                what = f"the subject ({', '.join(self.scene.subject)})" if where == "coverage" else "what is judged"
                 raise SceneError(
-                    f"Scene '{self.scene.name}': the subject ({', '.join(self.scene.subject)}) covers no pixel "
-                    f"completely ({where} is 1 nowhere). At least one is needed: look whether the camera sees it, "
-                    "stands inside the room, and has enough resolution."
+                    f"Scene '{self.scene.name}': {what} covers no pixel completely ({where} is 1 nowhere). At least "
+                    "one is needed: look whether the camera sees it, stands inside the room, and has enough resolution."
                 )
             self._masks[where] = mask
         return self._masks[where]

@@ -31,16 +31,20 @@ class Stage:
             found |= shape == self.mi.ShapePtr(own)
         return found & active
 
-    def rays(self, x: Any, y: Any) -> Any:
-        """Camera rays through film positions in pixels (0, 0 is the upper left corner of the image)."""
+    def rays(self, x: Any, y: Any, lens: Any = None) -> Any:
+        """Camera rays through film positions in pixels (0, 0 is the upper left corner of the image).
+
+        lens : places on the lens as points of the unit square; the lens' centre, a pinhole, if not given
+        """
         position = self.mi.Point2f(x / self.width, y / self.height)
-        ray, _ = self.sensor.sample_ray_differential(0.0, 0.5, position, self.mi.Point2f(0.5))
+        place = self.mi.Point2f(0.5) if lens is None else lens
+        ray, _ = self.sensor.sample_ray_differential(0.0, 0.5, position, place)
         return ray
 
 
-def build_stage(mi: ModuleType, scene: Scene, meshes: tuple[Mesh, ...], pinhole: bool = True) -> Stage:
-    """Load a scene; with `pinhole` a thin lens is reduced to its centre."""
-    loaded = instantiate(mi, scene_dict(scene, meshes, pinhole))
+def build_stage(mi: ModuleType, scene: Scene, meshes: tuple[Mesh, ...]) -> Stage:
+    """Load a scene."""
+    loaded = instantiate(mi, scene_dict(scene, meshes))
     shapes = {shape.id(): shape for shape in loaded.shapes()}
     subject = tuple(shapes[f"mesh_{i}"] for i, mesh in enumerate(meshes) if mesh.is_subject)
     return Stage(mi, scene, loaded, loaded.sensors()[0], subject, scene.sensor.width, scene.sensor.height)

@@ -27,14 +27,19 @@ from scenes.model import (
 
 Plain = dict[str, Any]
 
+FARTHEST_FOCUS = 1e9
+"""A lens that is focused farther away is focused here. Mitsuba squares the distance in float32 and is silently black
+from 2e19 on; with lenses of a metre and images of 8192 pixels, blur differs from that of infinity by 1e-5 px.
+"""
+
 
 def rgb(value: Rgb) -> Plain:
     """A colour."""
     return {"type": "rgb", "value": list(value)}
 
 
-def sensor_dict(sensor: Sensor, pinhole: bool) -> Plain:
-    """The camera with a one-sample box filter; with `pinhole` a thin lens is reduced to its centre."""
+def sensor_dict(sensor: Sensor) -> Plain:
+    """The camera with a one-sample box filter. Mitsuba refuses a lens of radius 0, which is a pinhole."""
     view: Plain = {
         "to_world": {"look_at": (sensor.origin, sensor.target, sensor.up)},
         "fov": sensor.fov_deg,
@@ -49,9 +54,9 @@ def sensor_dict(sensor: Sensor, pinhole: bool) -> Plain:
             "pixel_format": "rgb",
         },
     }
-    if isinstance(sensor, ThinLens) and not pinhole:
-        lens = {"aperture_radius": sensor.aperture_radius, "focus_distance": sensor.focus_distance}
-        return {"type": "thinlens", **view, **lens}
+    if isinstance(sensor, ThinLens) and sensor.aperture_radius > 0:
+        focus = min(sensor.focus_distance, FARTHEST_FOCUS)
+        return {"type": "thinlens", **view, "aperture_radius": sensor.aperture_radius, "focus_distance": focus}
     return {"type": "perspective", **view}
 
 
@@ -129,9 +134,9 @@ def emitter_dicts(scene: Scene) -> Plain:
     return plain
 
 
-def scene_dict(scene: Scene, meshes: Iterable[Mesh], pinhole: bool = True) -> Plain:
+def scene_dict(scene: Scene, meshes: Iterable[Mesh]) -> Plain:
     """The whole scene as plain data: what `instantiate` turns into Mitsuba's objects."""
-    plain: Plain = {"type": "scene", "sensor": sensor_dict(scene.sensor, pinhole)}
+    plain: Plain = {"type": "scene", "sensor": sensor_dict(scene.sensor)}
     for i, mesh in enumerate(meshes):
         plain[f"mesh_{i}"] = mesh_dict(mesh, lambda texture: texture_of(scene, texture), scene.length_unit)
     return plain | emitter_dicts(scene)

@@ -46,7 +46,7 @@ from scenes.topology import is_watertight, signed_volume
 TEXTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".exr")
 EIGHT_BIT_MODES = ("1", "L", "LA", "P", "RGB", "RGBA")
 SPHERE_LIGHT_DETAIL = 4
-"""Its silhouette is 0.2 % smaller than the sphere's."""
+"""Its silhouette is 0.12 % smaller than the sphere's."""
 
 BLACK = Diffuse(type="diffuse", reflectance=(0.0, 0.0, 0.0))
 

@@ -7,6 +7,7 @@ checks are always its own.
 
 import re
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -36,26 +37,34 @@ class Source:
         return line_of(self._lines, path)
 
 
-def sources(path: Path, text: str) -> list[Source]:
-    """A scene file and those that it extends, the nearest first.
+def sources(path: Path, read: Callable[[Path], str]) -> list[Source]:
+    """A scene file and those that it extends, the nearest first; `read` gives the text of each.
 
     Raises
     ------
     SceneError
         One of them is not TOML, is not there, or extends itself; the message begins with `FILE:LINE`.
     """
-    found = [Source(path, text, _parse(path, text))]
+    found = [_source(path, read)]
     while EXTENDS in found[-1].document:
         child = found[-1]
         name = child.document[EXTENDS]
         parent = child.path.parent / str(name)
-        if not isinstance(name, str) or Path(name).name != name or not parent.is_file():
+        if not isinstance(name, str) or name not in _names_beside(child.path):
             raise _refused(child, f"found {name!r}; allowed: the name of a TOML file in the same folder")
         if parent.resolve() in [source.path.resolve() for source in found]:
             raise _refused(child, f"found {name!r}, which extends this scene in turn; allowed: files that do not")
-        written = parent.read_text(encoding="utf-8", errors="replace")
-        found.append(Source(parent, written, _parse(parent, written)))
+        found.append(_source(parent, read))
     return found
+
+
+def _source(path: Path, read: Callable[[Path], str]) -> Source:
+    text = read(path)
+    return Source(path, text, _parse(path, text))
+
+
+def _names_beside(path: Path) -> set[str]:
+    return {file.name for file in path.parent.iterdir() if file.is_file()}
 
 
 def merged(found: list[Source]) -> dict[str, Any]:

@@ -59,7 +59,7 @@ def load_scene(path: Path) -> Scene:
     SceneError
         One line a problem: `FILE:LINE: key: found X; allowed: Y`.
     """
-    found = sources(path, _read(path))
+    found = sources(path, _read)
     document = merged(found)
     written = {key: value for key, value in document.items() if key not in FILLED_IN}
     complaints = [unknown_key((key,), top_level_keys()) for key in FILLED_IN if key in document]

@@ -16,9 +16,13 @@ from comparisons.metrics.delta_e_itp import delta_e_itp
 from comparisons.metrics.dssim import dssim_tonemapped
 from comparisons.metrics.energy_bias import energy_bias
 from comparisons.metrics.flip import flip
+from comparisons.metrics.misclassified import misclassified
 from comparisons.metrics.nrmse import nrmse
+from comparisons.metrics.penumbra_rmse import penumbra_rmse
 from comparisons.metrics.rel_mse import rel_mse
+from comparisons.metrics.rel_mse_clipped import rel_mse_clipped
 from comparisons.metrics.rms import rel_rms, rms
+from comparisons.metrics.rmse import rmse
 from comparisons.metrics.sample import Estimate, Samples
 from comparisons.metrics.shift_px import shift_px
 from comparisons.metrics.signed_bias import signed_bias
@@ -58,6 +62,9 @@ _STRUCTURE = _DIFFERENCES - {"gain"}
 _PERCENTILE = _DIFFERENCES - {"missing_shadow", "black_tile"}
 """What is wrong in fewer than one pixel in a hundred lies beyond the percentile."""
 
+_AROUND_EDGES = _DIFFERENCES - {"black_tile"}
+"""What is wrong far from shadow edges is not judged."""
+
 _ALIGNMENT = frozenset({"shift", "flip_y", "nan_pixel"})
 """Where things are, not what value they have."""
 
@@ -73,6 +80,14 @@ METRICS = {
             _DIFFERENCES,
             1,
         ),
+        Metric(
+            "rel_mse_clipped",
+            "1",
+            "the same of image and truth clipped at display white: highlights count up to there",
+            rel_mse_clipped,
+            _DIFFERENCES,
+            1,
+        ),
         Metric("energy_bias", "1", "mean over the truth's mean, minus one: above 0 is too bright", energy_bias, _MEANS),
         Metric("signed_bias", "quantity", "mean difference: above 0 is too large", signed_bias, _MEANS),
         Metric("flip", "1", "mean FLIP error of the tone-mapped images", flip, _DIFFERENCES),
@@ -82,6 +97,16 @@ METRICS = {
         ),
         Metric("shift_px", "px", "length of the translation that aligns the images", shift_px, _ALIGNMENT),
         Metric("rms", "quantity", "root mean square difference from an exact truth", rms, _DIFFERENCES),
+        Metric("rmse", "quantity", "root mean square error, noise removed", rmse, _DIFFERENCES, 2),
+        Metric(
+            "penumbra_rmse",
+            "quantity",
+            "root mean square error within 4 px of shadow edges, noise removed",
+            penumbra_rmse,
+            _AROUND_EDGES,
+            2,
+        ),
+        Metric("misclassified", "1", "share of the area wrongly lit or in shadow", misclassified, _DIFFERENCES),
         Metric(
             "rel_rms",
             "1",

@@ -138,3 +138,13 @@ def require_exact(samples: Samples, metric: str) -> None:
             f"{metric} takes the truth as exact, but it has {len(samples.accumulators)} noisy accumulators, whose "
             "noise would count as error: choose a metric that corrects for noise (nrmse, rel_mse_eps1e-2, energy_bias)."
         )
+
+
+def require_fractions(samples: Samples, metric: str) -> None:
+    """Refuse a truth that is not between 0 and 1 everywhere."""
+    low, high = float(samples.masked.min()), float(samples.masked.max())
+    if low < 0 or high > 1:
+        raise ImageError(
+            f"{metric} judges fractions, such as visibility; the truth has values from {low:g} to {high:g}, allowed "
+            "is 0 to 1: choose a metric for any quantity (rmse, nrmse)."
+        )

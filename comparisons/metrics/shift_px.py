@@ -24,14 +24,13 @@ def shift_px(image_test: Float64, samples: Samples) -> Estimate:
     """Length of the one translation that best aligns the images, in pixels.
 
     Lucas and Kanade, 1981, "An iterative image registration technique with an application to stereo vision", with the
-    truth's gradients at every step. Only pixels away from hard edges count: an edge pixel either flips or does not,
-    which tells nothing about a hundredth of a pixel.
+    truth's gradients at every step. Pixels away from hard edges count: there a hundredth of a pixel can be told. Where
+    they cannot tell a shift, as in a picture of flat cards and walls, the edges count too, which are less exact.
 
     Parameters
     ----------
     image_test : (H, W, C)
-    samples : the truth, exact, any number of channels. It must vary smoothly in two directions, else no shift can be
-    told.
+    samples : the truth, exact, any number of channels. It must vary in two directions, else no shift can be told.
 
     Returns
     -------
@@ -46,8 +45,15 @@ def shift_px(image_test: Float64, samples: Samples) -> Estimate:
         )
     truth = samples.mean
     gradients = _gradients(truth)
-    interior = _interior(truth, gradients, samples.mask)
-    _require_structure(gradients[:, interior], float(np.abs(truth[interior]).max()))
+    interior = _away_from_edges(truth, gradients, samples.mask)
+    if not _tells_a_shift(truth, gradients, interior):
+        interior = _eroded(samples.mask)
+        _require_pixels(interior)
+        if not _tells_a_shift(truth, gradients, interior):
+            raise ImageError(
+                "shift_px cannot tell a shift: the truth is constant, or varies in one direction only. It must vary in "
+                "two: judge a subject that is not one flat wall."
+            )
     diagonal = float(np.hypot(*samples.mask.shape))
     shift = _align(image_test, truth, gradients, interior)
     correlation = -1.0
@@ -100,23 +106,29 @@ def _gradients(image: Float64) -> Float64:
     return np.stack([np.gradient(image, axis=0), np.gradient(image, axis=1)])
 
 
-def _interior(truth: Float64, gradients: Float64, mask: Bool) -> Bool:
-    """The pixels of the mask away from its border and from hard edges of the truth."""
+def _eroded(mask: Bool, pixels: int = 1) -> Bool:
+    """The pixels of the mask so far away from its border."""
     from scipy.ndimage import binary_erosion
 
-    square = np.ones((3, 3))
-    inner = binary_erosion(mask, square)
+    inner: Bool = binary_erosion(mask, np.ones((3, 3)), iterations=pixels)
+    return inner
+
+
+def _away_from_edges(truth: Float64, gradients: Float64, mask: Bool) -> Bool:
+    """The pixels of the mask away from its border and from hard edges of the truth."""
+    inner = _eroded(mask)
     slope = np.sqrt(np.mean(gradients[:, inner] ** 2)) if inner.any() else 0.0
     bends = [np.abs(_second_difference(truth, axis)) > MAX_BEND * slope for axis in (0, 1)]
     is_edge = inner & np.any(bends, axis=(0, 3))
-    interior: Bool = binary_erosion(mask & ~is_edge, square, iterations=MARGIN_PIXELS)
-    count = int(np.count_nonzero(interior))
+    return _eroded(mask & ~is_edge, MARGIN_PIXELS)
+
+
+def _require_pixels(used: Bool) -> None:
+    count = int(np.count_nonzero(used))
     if count < MIN_PIXELS:
         raise ImageError(
-            f"shift_px needs {MIN_PIXELS} pixels that lie {MARGIN_PIXELS} pixels inside the mask and away from hard "
-            f"edges; there are {count}: render the subject larger."
+            f"shift_px needs {MIN_PIXELS} pixels inside the mask; there are {count}: render the subject larger."
         )
-    return interior
 
 
 def _second_difference(image: Float64, axis: int) -> Float64:
@@ -135,15 +147,14 @@ def _in_frame(shape: tuple[int, ...], shift: Float64) -> Bool:
     return inside
 
 
-def _require_structure(gradients: Float64, magnitude: float) -> None:
-    """Refuse a truth (2, P, C) of slopes, with values up to `magnitude`, that determines no shift."""
-    slopes = gradients.reshape(2, -1)
+def _tells_a_shift(truth: Float64, gradients: Float64, used: Bool) -> bool:
+    """Whether the truth varies in two directions at enough of the pixels in use."""
+    if np.count_nonzero(used) < MIN_PIXELS:
+        return False
+    slopes = gradients[:, used].reshape(2, -1)
     weakest, strongest = np.linalg.eigvalsh(slopes @ slopes.T / slopes.shape[1])
-    if strongest <= (MIN_STRUCTURE * magnitude) ** 2 or weakest <= MIN_STRUCTURE * strongest:
-        raise ImageError(
-            "shift_px cannot tell a shift: away from hard edges the truth is constant, or varies in one direction "
-            "only. It must vary in two: judge a subject with a curved or bumpy surface."
-        )
+    magnitude = float(np.abs(truth[used]).max())
+    return bool(strongest > (MIN_STRUCTURE * magnitude) ** 2 and weakest > MIN_STRUCTURE * strongest)
 
 
 def _correlation(first: Float64, second: Float64) -> float:

@@ -11,12 +11,13 @@ UNBROKEN = "\u00a0"
 
 
 def is_share(metric: str) -> bool:
-    """Whether the values of a metric are read as percent: `nrmse`, `energy_bias`, and names with the word `rel`.
+    """Whether values are read as percent: of `nrmse`, `misclassified`, `energy_bias`, and names with the word `rel`.
 
     A squared error (`rel_mse...`) is not: a percentage would suggest a size that it does not have.
     """
     words = metric.split("_")
-    return words[0] == "nrmse" or metric.startswith("energy_bias") or ("rel" in words and "mse" not in words)
+    named = words[0] in ("nrmse", "misclassified") or metric.startswith("energy_bias")
+    return named or ("rel" in words and "mse" not in words)
 
 
 def format_number(value: float | None, *, trim: bool = False) -> str:

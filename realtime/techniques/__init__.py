@@ -10,10 +10,12 @@ MODULES = {
     "raster.depth": "realtime.techniques.raster",
     "raster.normal": "realtime.techniques.raster",
     "raster.albedo": "realtime.techniques.raster",
+    "raster.emission": "realtime.techniques.raster",
     "raster.coverage": "realtime.techniques.raster",
     "indirect.talk": "realtime.techniques.indirect_talk",
     "indirect.probe": "realtime.techniques.indirect_probe",
     "indirect.irradiance": "realtime.techniques.indirect_irradiance",
+    "indirect.grid": "realtime.techniques.indirect_grid",
     "translucency.talk_thickness": "realtime.techniques.translucency_talk",
     "translucency.talk": "realtime.techniques.translucency_talk",
     "translucency.additive_thickness": "realtime.techniques.translucency_additive",
@@ -25,6 +27,15 @@ MODULES = {
     "cornea.anatomical_uv": "realtime.techniques.cornea_anatomical",
     "cornea.anatomical_iris": "realtime.techniques.cornea_anatomical",
     "cornea.anatomical": "realtime.techniques.cornea_anatomical",
+    "defocus.talk": "realtime.techniques.defocus_talk",
+    "defocus.layers": "realtime.techniques.defocus_layers",
+    "defocus.accumulate": "realtime.techniques.defocus_accumulate",
+    "shadow.vcm": "realtime.techniques.shadow_vcm",
+    "shadow.vcm_literal": "realtime.techniques.shadow_vcm",
+    "shadow.vcm_analytic": "realtime.techniques.shadow_vcm",
+    "shadow.soft_talk": "realtime.techniques.shadow_soft_talk",
+    "shadow.soft": "realtime.techniques.shadow_soft",
+    "lighting.talk": "realtime.techniques.lighting_talk",
 }
 
 

@@ -31,8 +31,8 @@ from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
 from realtime.lights import lights_of
 from realtime.shader import set_uniforms
+from realtime.talk_cube import two_lights
 from realtime.technique import Parameter, Technique
-from realtime.techniques.indirect_talk import two_lights
 from scenes.features import Features
 from scenes.model import Eye, Scene, SettingValue
 from scenes.procedural import rotation_xyz

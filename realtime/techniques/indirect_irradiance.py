@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from realtime.capture import Surfels, bind_visibility, bounce_passes, reflected
 from realtime.frame import Frame
 from realtime.gbuffer import gbuffer_pass, resolve_pass
 from realtime.graph import Pass
-from realtime.subject import Visibility, subject_passes
+from realtime.subject import Visibility, by_mesh, draw_received_pass, subject_passes
 from realtime.technique import Parameter, Technique
 from realtime.techniques.indirect_probe import CAPTURE, captured
 from scenes.features import Features
 from scenes.model import Scene, SettingValue
-
-if TYPE_CHECKING:
-    import moderngl
 
 SUBJECT_SURFELS = Parameter(
     "subject_surfels", 512, (64, 128, 256, 512, 1024), "surfels on each mesh of the subject", (1, 8192)
@@ -30,7 +26,7 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
         gbuffer_pass(),
         *captured(features, settings),
         *subject_passes(features, int(settings[SUBJECT_SURFELS.name])),
-        *bounce_passes(features),
+        *bounce_passes(features, lights_itself=not features.subject_is_convex),
         Pass(
             "gather",
             _gather,
@@ -47,13 +43,7 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
             writes=("received",),
             skip=convex if features.subject_is_convex else "",
         ),
-        Pass(
-            "draw received",
-            _draw_received,
-            reads=("received",),
-            writes=("shaded",),
-            skip=convex if features.subject_is_convex else "",
-        ),
+        draw_received_pass(skip=convex if features.subject_is_convex else ""),
         resolve_pass("shaded"),
     ]
 
@@ -74,46 +64,21 @@ def _gather(frame: Frame) -> None:
 def _gather_vertices(frame: Frame) -> None:
     surfels: Surfels = frame.resources["surfels"]
     visibility: Visibility = frame.resources["visibility"]
-    received = frame.context.buffer(reserve=visibility.vertices * 16)
+    receivers = visibility.receivers
+    received = frame.context.buffer(reserve=receivers.vertices * 16)
     surfels.buffer.bind_to_storage_buffer(0)
     reflected(frame).bind_to_storage_buffer(1)
-    visibility.receivers.bind_to_storage_buffer(2)
+    receivers.buffer.bind_to_storage_buffer(2)
     received.bind_to_storage_buffer(4)
     frame.dispatch(
         frame.program("indirect/gather_vertices.comp"),
-        visibility.vertices,
+        receivers.vertices,
         group=(1, 1),
-        first=visibility.count - visibility.vertices,
+        first=receivers.count - receivers.vertices,
         **surfels.uniforms(),
         **bind_visibility(frame),
     )
-    frame.resources["received"] = _by_mesh(frame, received)
-
-
-def _by_mesh(frame: Frame, values: moderngl.Buffer) -> dict[str, moderngl.Buffer]:
-    """Cut a vec4 for each vertex of the subject into a buffer for each of its meshes."""
-    buffers, first = {}, 0
-    for mesh in frame.meshes:
-        if mesh.is_subject:
-            size = 16 * len(mesh.surface.positions)
-            buffers[mesh.name] = frame.context.buffer(values.read(size, offset=first))
-            first += size
-    return buffers
-
-
-def _draw_received(frame: Frame) -> None:
-    context = frame.context
-    shaded = frame.texture(frame.size, 4)
-    framebuffer = context.framebuffer([shaded], context.depth_renderbuffer(frame.size))
-    framebuffer.use()
-    framebuffer.clear()
-    context.enable_only(context.DEPTH_TEST)
-    frame.draw(
-        frame.program("indirect/received.vert", "indirect/received.frag"),
-        frame.camera,
-        received=frame.resources["received"],
-    )
-    frame.resources["shaded"] = shaded
+    frame.resources["received"] = by_mesh(frame, received)
 
 
 TECHNIQUES = {

@@ -1,5 +1,6 @@
 """Path tracing of the light paths with a chosen number of reflections, as a Dr.Jit loop."""
 
+from collections.abc import Callable
 from typing import Any
 
 import drjit as dr
@@ -17,10 +18,22 @@ SURVIVAL_AT_MOST = 0.95
 UNBOUNDED = 0xFFFFFFFF
 
 
-def trace_light_paths(stage: Stage, sampler: Any, ray: Any, fewest: int, most: int = UNBOUNDED) -> tuple[Any, Any]:
-    """One path for each camera ray that meets the subject: light that was reflected `fewest` to `most` times.
+Begins = Callable[[Any, Any], Any]
+"""Which of the shapes that camera rays meet, None for the sky, are seen: (shapes, active) -> mask."""
 
-    Light of an emitter that the sensor sees was reflected 0 times, direct light once.
+
+def anything(shape: Any, active: Any) -> Any:
+    """All of them, and the sky."""
+    return active
+
+
+def trace_light_paths(
+    stage: Stage, sampler: Any, ray: Any, fewest: int, most: int = UNBOUNDED, begins: Begins | None = None
+) -> tuple[Any, Any]:
+    """One path for each camera ray that meets what is seen: light that was reflected `fewest` to `most` times.
+
+    Light of an emitter that the sensor sees was reflected 0 times, direct light once. What is seen is the subject, or
+    what `begins` says.
 
     Returns
     -------
@@ -28,12 +41,13 @@ def trace_light_paths(stage: Stage, sampler: Any, ray: Any, fewest: int, most: i
     """
     mi = stage.mi
     bounds = mi.UInt32(fewest), mi.UInt32(most)
-    seen, reflected = _loop(mi, stage.scene, stage.is_subject, sampler, mi.Ray3f(ray), mi.Bool(True), *bounds)
+    begins = begins or stage.is_subject
+    seen, reflected = _loop(mi, stage.scene, begins, sampler, mi.Ray3f(ray), mi.Bool(True), *bounds)
     return seen, reflected
 
 
 @dr.syntax  # type: ignore[untyped-decorator]
-def _loop(mi: Any, scene: Any, is_subject: Any, sampler: Any, ray: Any, active: Any, fewest: Any, most: Any) -> Any:
+def _loop(mi: Any, scene: Any, begins: Any, sampler: Any, ray: Any, active: Any, fewest: Any, most: Any) -> Any:
     """Radiance of the emitters that the sensor sees, and of all other paths."""
     context = mi.BSDFContext()
     seen = mi.Color3f(0.0)
@@ -46,8 +60,8 @@ def _loop(mi: Any, scene: Any, is_subject: Any, sampler: Any, ray: Any, active: 
     while active:
         si = scene.ray_intersect(ray, active)
 
-        # Only paths that start on the subject count.
-        active &= (reflections > 0) | is_subject(si.shape, active)
+        # Only paths that start on what is seen count.
+        active &= (reflections > 0) | begins(si.shape, active)
 
         # Light that the ray ran into: seen by the sensor itself, or found by sampling a BSDF.
         emitter = si.emitter(scene, active)

@@ -97,7 +97,8 @@ def _integrator(fewest: int, most: int | None, features: Features) -> Integrator
     return Integrator("path tracing", f"light is reflected any number of times; {_DIFFUSE}", block=_path_block)
 
 
-def _refuses(features: Features) -> str:
+def refuses_media_and_eyes(features: Features) -> str:
+    """Why paths that meet diffuse surfaces only do not suffice, or nothing."""
     if features.has_media or features.has_eye:
         return "its paths meet diffuse surfaces only, and this scene has a translucent body or an eye"
     return ""
@@ -118,7 +119,7 @@ def _quantity(name: str, summary: str, fewest: int, most: int | None) -> Quantit
         is_sampled=True,
         integrator=integrator,
         judged_where="coverage",
-        refuses=_refuses,
+        refuses=refuses_media_and_eyes,
     )
 
 

@@ -10,6 +10,7 @@ from comparisons.explain import explanation
 from comparisons.parity import checks_of
 from comparisons.suite import Request
 from comparisons.validate import validate
+from realtime.techniques import technique
 from scenes.errors import InputError
 from scenes.load import library_scenes, load_scene
 from scenes.model import Scene
@@ -71,8 +72,21 @@ def test_every_budget_of_a_shipped_scene_has_a_reason(shipped: Scene) -> None:
 def test_the_library_judges_the_technique_of_the_talk_beside_a_better_one() -> None:
     for name, path in library_scenes().items():
         effects = [check.technique for check in load_scene(path).checks if not check.technique.startswith("raster.")]
-        as_published = [technique for technique in effects if ".talk" in technique]
+        as_published = [used for used in effects if technique(used).source == "nvidia-2005"]
         assert name.startswith("parity-") or 0 < len(as_published) < len(effects), name
+
+
+def test_parity_compares_the_colours_that_a_scene_has(make_scene: Make) -> None:
+    def colours(reflectance: float, emitters: list[dict[str, Any]]) -> set[str]:
+        grey = {"type": "diffuse", "reflectance": [reflectance] * 3}
+        scene = make_scene(checks=CHECKS, materials=dict.fromkeys(["white", "red", "skin"], grey), emitters=emitters)
+        return {check.quantity for check in checks_of(scene)} & {"albedo", "emission"}
+
+    glow = {"type": "area", "shape": "ball", "radiance": [1.0, 1.0, 1.0]}
+    lamp = {"type": "point", "position": [0.0, 1.0, 0.0], "intensity": [1.0, 1.0, 1.0]}
+    assert colours(0.5, [glow]) == {"albedo"}
+    assert colours(0.0, [glow]) == {"emission"}
+    assert colours(0.0, [lamp]) == set()
 
 
 def test_a_convex_subject_needs_no_visibility_of_itself(make_scene: Make) -> None:

@@ -272,7 +272,7 @@ def test_a_choice_of_parity_leaves_radiance_out(after_a_run: Path) -> None:
 
 
 def test_parity_that_cannot_be_judged_is_not_said_to_be_broken(here: Path, lightgauge: Run, write_scene: Write) -> None:
-    write_scene(("fov_deg = 30.0", "fov_deg = 40.0"))
+    write_scene(("width = 16\nheight = 12", "width = 5\nheight = 5"))
     outcome = lightgauge("run", "tiny.toml")
     assert outcome.status == 3
     message = results_of(here)[JUDGED]["message"]

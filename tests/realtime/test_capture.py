@@ -21,7 +21,7 @@ Draw = Callable[..., Float32]
 MakeScene = Callable[..., Scene]
 MakeCavity = Callable[..., dict[str, Any]]
 
-TECHNIQUES = ("indirect.irradiance", "indirect.probe")
+TECHNIQUES = ("indirect.grid", "indirect.irradiance", "indirect.probe")
 both = pytest.mark.parametrize("name", TECHNIQUES)
 
 FAST: dict[str, Any] = {"side": 24, "block": 3, "shadow_side": 64}

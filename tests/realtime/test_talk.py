@@ -10,8 +10,9 @@ from realtime.camera import FACES
 from realtime.frame import Frame
 from realtime.lights import lights_of
 from realtime.render import Rendering
+from realtime.talk_cube import two_lights
 from realtime.techniques import technique
-from realtime.techniques.indirect_talk import two_lights
+from scenes.errors import InputError
 from scenes.geometry import geometry_of
 from scenes.image import Float32, Float64
 from scenes.model import Scene
@@ -65,6 +66,23 @@ def test_a_disk_gives_its_irradiance_at_the_centre(make_scene: MakeScene) -> Non
 
 def test_a_disk_that_faces_away_gives_nothing(make_scene: MakeScene) -> None:
     assert not two_of(make_scene(emitters=[disk([0.1, 1.0, 0.0], [0.0, 1.0, 0.0])]))[0][1].any()
+
+
+@pytest.mark.parametrize("name", ["indirect.talk", "lighting.talk"])
+def test_a_lamp_at_the_subject_s_centre_has_no_colour_and_is_refused(
+    make_scene: MakeScene, draw: Draw, name: str
+) -> None:
+    with pytest.raises(InputError, match=r"light at the subject's centre .* Move the light"):
+        draw(make_scene(emitters=[point(list(CENTRE))]), name)
+
+
+@pytest.mark.parametrize("name", ["indirect.talk", "lighting.talk"])
+def test_a_subject_without_height_needs_a_c_of_zero(make_scene: MakeScene, draw: Draw, name: str) -> None:
+    flat = {"name": "ball", "type": "rectangle", "size": [0.5, 0.5], "rotation_deg": [-90.0, 0.0, 0.0]}
+    scene = make_scene(shapes=[*ball_or(flat | {"position": [0.1, -0.3, 0.0], "material": "skin"})])
+    with pytest.raises(InputError, match=r"without height along y.* Set c_height to 0"):
+        draw(scene, name)
+    assert draw(scene, name, c_height=0.0).max() > 0
 
 
 def test_two_equal_lamps_are_two_lights(make_scene: MakeScene) -> None:
@@ -163,5 +181,6 @@ def test_under_the_sky_alone_nothing_is_blurred_because_nothing_is_lit(
     make_scene: MakeScene, render: Callable[..., Rendering]
 ) -> None:
     made = render(make_scene(emitters=[{"type": "constant", "radiance": [1.0] * 3}]), "indirect.talk")
-    assert [s.what for s in made.skipped] == ["blur X", "blur Y", "blur Z"]
+    drawn = ["clear cube", "draw surroundings", "draw character"]
+    assert [s.what for s in made.skipped] == [*drawn, "blur X", "blur Y", "blur Z"]
     assert made.image.pixels.max() == 0

@@ -10,7 +10,7 @@ import pytest
 
 from reference.estimator import Reference
 from reference.stage import build_stage, pixel_grid
-from reference.to_mitsuba import emitter_dicts, instantiate, scene_dict, sensor_dict
+from reference.to_mitsuba import FARTHEST_FOCUS, emitter_dicts, instantiate, scene_dict, sensor_dict
 from scenes.errors import SceneError
 from scenes.exr import write_exr
 from scenes.geometry import geometry_of
@@ -19,6 +19,7 @@ from scenes.model import Scene
 
 MakeScene = Callable[..., Scene]
 
+SKY = {"type": "constant", "radiance": [1.0, 1.0, 1.0]}
 LENS = {"type": "thin_lens", "aperture_radius": 0.1, "focus_distance": 1.5}
 PLAIN = """
 import sys
@@ -62,25 +63,43 @@ def test_the_dictionary_holds_numbers_texts_and_surfaces_alone(make_scene: MakeS
 @pytest.mark.parametrize("axis", ["x", "y"])
 def test_the_sensor_keeps_its_view(make_scene: MakeScene, facing: dict[str, Any], axis: str) -> None:
     sensor = make_scene(sensor=facing | {"fov_axis": axis, "width": 30, "height": 20, "up": [0.0, 1.0, 0.5]}).sensor
-    plain = sensor_dict(sensor, pinhole=True)
+    plain = sensor_dict(sensor)
     assert (plain["type"], plain["fov"], plain["fov_axis"]) == ("perspective", 60.0, axis)
     assert plain["to_world"]["look_at"] == ((0, 0, 2), (0, 0, 0), (0, 1, 0.5))
     assert (plain["film"]["width"], plain["film"]["height"], plain["film"]["rfilter"]) == (30, 20, {"type": "box"})
 
 
-@pytest.mark.parametrize(("pinhole", "kind"), [(True, "perspective"), (False, "thinlens")])
-def test_a_thin_lens_is_reduced_to_its_centre_where_a_pinhole_is_asked_for(
-    make_scene: MakeScene, facing: dict[str, Any], pinhole: bool, kind: str
+def test_a_thin_lens_keeps_its_radius_and_focus(make_scene: MakeScene, facing: dict[str, Any]) -> None:
+    plain = sensor_dict(make_scene(sensor=facing | LENS).sensor)
+    assert (plain["type"], plain["aperture_radius"], plain["focus_distance"]) == ("thinlens", 0.1, 1.5)
+
+
+def test_a_lens_without_an_opening_is_a_pinhole(make_scene: MakeScene, facing: dict[str, Any]) -> None:
+    """Mitsuba refuses it."""
+    plain = sensor_dict(make_scene(sensor=facing | LENS | {"aperture_radius": 0.0}).sensor)
+    assert plain == sensor_dict(make_scene(sensor=facing).sensor)
+    assert plain["type"] == "perspective"
+
+
+@pytest.mark.parametrize("focus", [1e9, 1e20, 1e300])
+def test_a_lens_is_never_focused_so_far_away_that_mitsuba_is_black(
+    make_scene: MakeScene, mi: ModuleType, facing: dict[str, Any], focus: float
 ) -> None:
-    plain = sensor_dict(make_scene(sensor=facing | LENS).sensor, pinhole)
-    assert plain["type"] == kind
-    assert ("aperture_radius" in plain) is not pinhole
-    if not pinhole:
-        assert (plain["aperture_radius"], plain["focus_distance"]) == (0.1, 1.5)
+    """At 1e20 it is, without a word."""
+    scene = make_scene(sensor=facing | LENS | {"focus_distance": focus}, emitters=[SKY])
+    stage = build_stage(mi, scene, ())
+    assert sensor_dict(scene.sensor)["focus_distance"] == FARTHEST_FOCUS
+    image = mi.render(stage.scene, integrator=mi.load_dict({"type": "path"}), spp=4)
+    np.testing.assert_allclose(np.array(image), 1.0, rtol=1e-6)
 
 
-def test_a_pinhole_is_no_lens_even_where_a_lens_would_be_allowed(make_scene: MakeScene) -> None:
-    assert sensor_dict(make_scene().sensor, pinhole=False)["type"] == "perspective"
+def test_rays_without_a_place_on_the_lens_are_those_of_a_pinhole(
+    make_scene: MakeScene, mi: ModuleType, facing: dict[str, Any]
+) -> None:
+    x, y = (mi.Float(column) for column in np.random.default_rng(1).uniform(0, 8, (2, 500)).astype(np.float32))
+    lens, pinhole = (build_stage(mi, make_scene(sensor=sensor), ()).rays(x, y) for sensor in (facing | LENS, facing))
+    for own, other in ((lens.o, pinhole.o), (lens.d, pinhole.d)):
+        np.testing.assert_allclose(np.array(own), np.array(other), atol=3e-7)
 
 
 def test_every_kind_of_emitter_is_translated(make_scene: MakeScene, tmp_path: Path) -> None:

@@ -92,3 +92,21 @@ def test_an_eye_is_no_convex_subject_and_no_medium(derive: Derive) -> None:
 def test_what_light_passes_reflects_nothing_diffusely(derive: Derive) -> None:
     assert derive([EYE, {**BALL, "position": [40, 0, 0]}], SUN).brightest_reflectance == 0
     assert derive([BALL, {**EYE, "position": [40, 0, 0]}], SUN).brightest_reflectance == 0.7
+
+
+def test_black_surfaces_reflect_nothing(derive: Derive) -> None:
+    assert derive([PANEL], PANEL_LIGHT).nothing_reflects
+    assert not derive([PANEL, {**BALL, "material": "white"}], PANEL_LIGHT).nothing_reflects
+    assert not derive([PANEL, BALL], PANEL_LIGHT).nothing_reflects
+
+
+def test_one_omni_light_is_a_point_or_a_ball(derive: Derive) -> None:
+    point = {"type": "point", "position": [0, 3, 0], "intensity": [1, 1, 1]}
+    ball = {"type": "sphere", "position": [0, 3, 0], "radius": 0.1, "radiance": [1, 1, 1]}
+    assert derive([PANEL], point, SKY).has_one_omni_light
+    features = derive([PANEL], ball)
+    assert features.has_one_omni_light
+    assert features.has_sphere_light
+    assert features.has_surface_lights
+    assert not derive([PANEL], point, ball).has_one_omni_light
+    assert not derive([PANEL], SUN, LINE).has_one_omni_light

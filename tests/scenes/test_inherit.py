@@ -103,6 +103,8 @@ def test_what_is_missing_in_a_list_is_told_where_the_list_is(tmp_path: Path) -> 
     [
         ('"attic.toml"', "found 'attic.toml'; allowed: the name of a TOML file in the same folder"),
         ('"../room.toml"', "found '../room.toml'; allowed: the name of a TOML file in the same folder"),
+        ('"."', "found '.'; allowed: the name of a TOML file in the same folder"),
+        (f'"{"x" * 300}"', f"found '{'x' * 300}'; allowed: the name of a TOML file in the same folder"),
         ("3", "found 3; allowed: the name of a TOML file in the same folder"),
         ('"lamp.toml"', "found 'lamp.toml', which extends this scene in turn; allowed: files that do not"),
     ],
@@ -120,3 +122,9 @@ def test_a_circle_over_two_files_is_said_where_it_closes(tmp_path: Path) -> None
 def test_a_file_that_is_not_toml_is_named(tmp_path: Path) -> None:
     path = write(tmp_path, room="title = \n", lamp=LAMP)
     assert message(path).startswith(f"{tmp_path / 'room.toml'}:1: this is not TOML")
+
+
+def test_a_file_that_is_not_utf_8_is_named(tmp_path: Path) -> None:
+    path = write(tmp_path, room=ROOM, lamp=LAMP)
+    path.with_name("room.toml").write_bytes(b'title = "\xff\xfe"\n')
+    assert message(path).startswith(f"{tmp_path / 'room.toml'}: found bytes that are not UTF-8")

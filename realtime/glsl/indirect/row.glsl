@@ -13,18 +13,18 @@ uniform int surroundings;
 uniform float closed;
 uniform int words;  // 0: nothing is known of what hides what, so nothing is hidden
 
-shared vec3 partial[64];
+shared vec3 lanes[64];
 
 // Sum over the workgroup.
 vec3 reduced(vec3 value) {
     uint lane = gl_LocalInvocationID.x;
-    partial[lane] = value;
+    lanes[lane] = value;
     for (uint half_size = 32u; half_size > 0u; half_size /= 2u) {
         barrier();
-        if (lane < half_size) partial[lane] += partial[lane + half_size];
+        if (lane < half_size) lanes[lane] += lanes[lane + half_size];
     }
     barrier();
-    vec3 sum = partial[0];
+    vec3 sum = lanes[0];
     barrier();
     return sum;
 }

@@ -13,7 +13,10 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, imageSize(shaded)))) return;
     vec4 normal = texelFetch(normal_map, pixel, 0);
+    vec3 env_diffuse = vec3(0.0);
+#ifdef CAPTURED
     vec3 sample_vec = normal.xyz + c * (texelFetch(position_map, pixel, 0).xyz - centre);
-    vec3 env_diffuse = scale * textureLod(blurred, sample_vec, 0.0).rgb;
+    env_diffuse = scale * textureLod(blurred, sample_vec, 0.0).rgb;
+#endif
     imageStore(shaded, pixel, vec4(normal.w * texelFetch(albedo_map, pixel, 0).rgb * env_diffuse, normal.w));
 }

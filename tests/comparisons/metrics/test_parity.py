@@ -80,9 +80,24 @@ def test_a_truth_without_structure_is_refused(slope: float, exact: Exact) -> Non
         evaluate("shift_px", truth, exact(truth))
 
 
+@pytest.mark.parametrize("moved", [0.0, 0.02, 0.3, 1.0])
+def test_cards_that_are_flat_tell_a_shift_by_their_edges(moved: float, exact: Exact) -> None:
+    """A turned square, each pixel the mean over 16 x 16 positions."""
+
+    def card(moved: float) -> Float64:
+        at = (np.arange(32 * 16) + 0.5) / 16
+        y, x = np.meshgrid(at - 15, at - 17 - moved, indexing="ij")
+        inside = np.maximum(np.abs(0.8 * x + 0.6 * y), np.abs(0.8 * y - 0.6 * x)) < 9
+        pixels: Float64 = inside.reshape(32, 16, 32, 16).mean(axis=(1, 3))
+        return pixels[..., None]
+
+    estimate = evaluate("shift_px", card(moved), exact(card(0.0)))
+    assert estimate.value == pytest.approx(moved, rel=0.1, abs=1e-9)
+
+
 def test_a_subject_too_thin_to_align_is_refused() -> None:
     mask = np.zeros_like(MASK)
-    mask[20:24] = True
+    mask[20:22] = True
     with pytest.raises(ImageError, match="render the subject larger"):
         evaluate("shift_px", TRUTH, Samples(TRUTH[None], mask))
 
