@@ -263,6 +263,9 @@ def _draw(frame: Frame) -> None:
         frame.skipped.append(Skip("layers and blur", why))
         draw_pinhole(frame)
         return
+    if len(found) < int(frame.settings[MAX_LAYERS.name]):
+        why = "a further clip plane would part nothing that blurs, or cut surfaces open"
+        frame.skipped.append(Skip(f"more than {len(found)} layers", why))
     size = frame.scene.sensor.width, frame.scene.sensor.height
     image, covered = frame.texture(size, 4), frame.texture(size, 2)
     frame.context.framebuffer([image, covered]).clear()

@@ -391,6 +391,15 @@ def test_layers_come_near_the_mean_of_views_through_the_lens(
     assert blurred < sharp / 50
 
 
+def test_how_many_layers_suffice_is_told(emissive: MakeScene, render: Callable[..., Rendering]) -> None:
+    scene = emissive([(card("card", 2.0, -10.0, 20.0, 16.0), 1.0), (lamp(20.0, 12.0, 8.0), 10.0)], sky=0.1)
+    told = [skip.what for skip in render(scene, "defocus.layers", max_layers=8).skipped]
+    (count,) = [int(what.split()[2]) for what in told if what.startswith("more than")]
+    assert 2 <= count < 8
+    allowed = [skip.what for skip in render(scene, "defocus.layers", max_layers=2).skipped]
+    assert not any(what.startswith("more than") for what in allowed)
+
+
 def test_one_layer_lets_a_sharp_card_bleed_and_two_do_not(
     emissive: MakeScene, draw: Draw, through_the_lens: Callable[..., Float64]
 ) -> None:
