@@ -239,7 +239,7 @@ def test_aiming_at_lamps_changes_no_mean_and_makes_their_disks_hundreds_of_times
     assert plain.var(axis=0).mean() > 100 * aimed.var(axis=0).mean()
 
 
-@pytest.mark.parametrize(("detail", "away"), [(7, 0.0), (5, 20.0)])
+@pytest.mark.parametrize(("detail", "away"), [pytest.param(7, 0.0, marks=pytest.mark.slow), (5, 20.0)])
 def test_a_fine_mesh_far_from_the_origin_loses_no_light(
     make_scene: MakeScene, mi: ModuleType, detail: int, away: float
 ) -> None:
@@ -268,6 +268,7 @@ def lamps_at(*places: tuple[float, float, float]) -> dict[str, Any]:
     return {"materials": {"black": BLACK}, "subject": names[:1], "shapes": balls, "emitters": emitters}
 
 
+@pytest.mark.slow
 def test_hundreds_of_lamps_are_one_where_everything_emits_one(make_scene: MakeScene, mi: ModuleType) -> None:
     """Their disks overlap, and one kernel serves any number of them."""
     places = [(x, y, -5.0) for x in np.linspace(-0.5, 0.5, 16).tolist() for y in np.linspace(-0.5, 0.5, 16).tolist()]
