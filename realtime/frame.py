@@ -19,6 +19,7 @@ from scenes.geometry import diffuse_reflectance, texture_of
 from scenes.image import Float32, Float64
 from scenes.mesh import Interface, Mesh
 from scenes.model import Albedo, Diffuse, Scene, SettingValue, Texture, Translucent
+from scenes.topology import is_watertight, signed_volume
 
 if TYPE_CHECKING:
     import moderngl
@@ -145,6 +146,12 @@ class Frame:
     def camera(self) -> Camera:
         """The sensor's camera."""
         return sensor_camera(self.scene.sensor, *self.clip_planes)
+
+    @cached_property
+    def closed(self) -> frozenset[str]:
+        """Names of the meshes that are watertight and face outward: found once, as meshes are uploaded once."""
+        solid = (m for m in self.meshes if is_watertight(m.surface) and signed_volume(m.surface) > 0)
+        return frozenset(mesh.name for mesh in solid)
 
     @cached_property
     def drawables(self) -> tuple[Drawable, ...]:

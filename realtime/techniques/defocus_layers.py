@@ -30,7 +30,6 @@ from scenes.features import Features
 from scenes.image import Bool, Float32, Float64
 from scenes.mesh import Mesh
 from scenes.model import PIXEL_GRID, Perspective, Scene, SettingValue
-from scenes.topology import is_watertight, signed_volume
 
 if TYPE_CHECKING:
     import moderngl
@@ -202,12 +201,10 @@ def edge_width(texel: float) -> float:
     return max(0.5, texel)
 
 
-def is_hollow(mesh: Mesh, eye: Float64) -> bool:
-    """Whether the inner side of a mesh can be seen without a clip plane that cuts it open."""
+def is_hollow(mesh: Mesh, eye: Float64, closed: frozenset[str]) -> bool:
+    """Whether the inner side of a mesh can be seen without a clip plane that cuts it open; `closed` names solids."""
     low, high = mesh.surface.positions.min(axis=0), mesh.surface.positions.max(axis=0)
-    if np.all((low <= eye) & (eye <= high)):
-        return True
-    return not (is_watertight(mesh.surface) and signed_volume(mesh.surface) > 0)
+    return mesh.name not in closed or bool(np.all((low <= eye) & (eye <= high)))
 
 
 def _draw_coc(frame: Frame, camera: Camera, framebuffer: moderngl.Framebuffer) -> None:
@@ -229,7 +226,8 @@ def _draw_coc(frame: Frame, camera: Camera, framebuffer: moderngl.Framebuffer) -
 
 def _see_coc(frame: Frame) -> None:
     """Write the circles of confusion of what reaches the image, also from beyond its border; `hollow` names meshes."""
-    frame.resources["hollow"] = {mesh.name for mesh in frame.meshes if is_hollow(mesh, frame.camera.eye)}
+    eye, closed = frame.camera.eye, frame.closed
+    frame.resources["hollow"] = {mesh.name for mesh in frame.meshes if is_hollow(mesh, eye, closed)}
     sensor = frame.scene.sensor
     margin = math.ceil(max(sensor.width, sensor.height) / 8)
     coc, reaches = _coc_around(frame, margin)
