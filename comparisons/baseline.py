@@ -6,6 +6,7 @@ lies beside the scenes in `accepted.json`, one line a check, and is meant to be 
 
 import datetime
 import json
+import re
 import shlex
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -49,12 +50,16 @@ Measured = Annotated[tuple[float, float, float], AfterValidator(_in_order)]
 
 
 class Accepted(Strict):
-    """Each metric as it was when it was accepted, when and why that was, and by how many samples a pixel (0: exact)."""
+    """Each metric as it was when it was accepted, when and why that was, and by how many samples a pixel (0: exact).
+
+    `renderer` is the family of the OpenGL renderer that drew it, as `family_of` tells; empty stands for any.
+    """
 
     criteria: dict[str, Measured]
     date: datetime.date
     reason: Sentence
     spp: Annotated[int, Field(ge=0)]
+    renderer: str = ""
 
 
 class Outcome(StrEnum):
@@ -68,8 +73,21 @@ class Outcome(StrEnum):
 def accepted_of(result: CheckResult, reason: str, date: datetime.date) -> Accepted:
     """What is accepted with a result."""
     return Accepted(
-        criteria={c.metric: _measured(c) for c in result.criteria}, date=date, reason=reason, spp=result.spp
+        criteria={c.metric: _measured(c) for c in result.criteria},
+        date=date,
+        reason=reason,
+        spp=result.spp,
+        renderer=family_of(result.gl_renderer),
     )
+
+
+def family_of(gl_renderer: str) -> str:
+    """Who draws, without versions: images of one family agree closely enough for one baseline.
+
+    >>> family_of("llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5"), family_of("NVIDIA H200/PCIe/SSE2, OpenGL 4.3")
+    ('llvmpipe', 'NVIDIA H200')
+    """
+    return re.split(r" \(|/|,", gl_renderer, maxsplit=1)[0]
 
 
 def against(accepted: Accepted, criteria: Iterable[CriterionResult]) -> tuple[Outcome | None, ...]:
@@ -127,12 +145,14 @@ def _measured(criterion: CriterionResult) -> tuple[float, float, float]:
 def apply(result: CheckResult, accepted: Accepted | None) -> CheckResult:
     """A result beside what was accepted for its check: a PASS may become REGRESSED, or its budget turn out slack.
 
-    Other verdicts stay. A result is to be cached without this, so that accepting it changes the next run.
+    Other verdicts stay, and so do those on another renderer than that of the accepted error. A result is to be cached
+    without this, so that accepting it changes the next run.
     """
     if accepted is None:
         return result
-    shown = accepted.model_dump(mode="json", include={"date", "reason", "criteria"})
-    if result.verdict is not Verdict.PASS:
+    shown = accepted.model_dump(mode="json", include={"date", "reason", "criteria", "renderer"})
+    is_foreign = accepted.renderer not in ("", family_of(result.gl_renderer))
+    if result.verdict is not Verdict.PASS or is_foreign:
         return replace(result, accepted=shown)
     pairs = list(zip(result.criteria, against(accepted, result.criteria), strict=True))
     risen = [c for c, outcome in pairs if outcome is Outcome.REGRESSED]

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from comparisons.parity import checks_of
-from comparisons.suite import id_of
+from comparisons.request import id_of
 from realtime.render import plan_of
 from realtime.techniques import technique
 from reference.quantities import quantity

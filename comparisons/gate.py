@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from comparisons.metrics import Estimate, Samples, check_image
 from scenes.errors import ImageError
-from scenes.model import Criterion
+from scenes.model import Bounds, Criterion, RendererBounds
 
 # Past this many times the samples already spent, a prediction is no plan.
 MAX_GROWTH = 4096
@@ -29,7 +29,11 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class CriterionResult:
-    """A criterion held against an estimate. An estimate that is not `valid` decides nothing."""
+    """A criterion held against an estimate. An estimate that is not `valid` decides nothing.
+
+    `renderer` names the OpenGL renderer that its bounds are written for, empty if they are for all. `place` is where
+    they are written, FILE:LINE.
+    """
 
     metric: str
     value: float
@@ -42,35 +46,41 @@ class CriterionResult:
     note: str
     valid: bool = True
     floor: float | None = None
+    renderer: str = ""
+    place: str = ""
 
 
-def judge(criterion: Criterion, estimate: Estimate) -> CriterionResult:
-    """PASS if the whole interval is within the bounds, FAIL if it is wholly outside one, else INCONCLUSIVE.
+def judge(criterion: Criterion, estimate: Estimate, renderer: str = "") -> CriterionResult:
+    """Hold an estimate against the bounds of a criterion for images that an OpenGL renderer of that name drew.
+
+    PASS if the whole interval is within the bounds, FAIL if it is wholly outside one, else INCONCLUSIVE.
 
     A value that is not finite is an ERROR; an estimate that is not valid is INCONCLUSIVE.
     """
+    bounds = criterion.bounds_on(renderer)
     return CriterionResult(
         metric=criterion.metric,
         value=estimate.value,
         low=estimate.low,
         high=estimate.high,
-        min=criterion.min,
-        max=criterion.max,
-        verdict=_verdict(criterion, estimate),
-        reason=criterion.reason,
+        min=bounds.min,
+        max=bounds.max,
+        verdict=_verdict(bounds, estimate),
+        reason=bounds.reason,
         note=estimate.note,
         valid=estimate.valid,
         floor=estimate.floor,
+        renderer=bounds.renderer if isinstance(bounds, RendererBounds) else "",
     )
 
 
-def _verdict(criterion: Criterion, estimate: Estimate) -> Verdict:
+def _verdict(bounds: Bounds, estimate: Estimate) -> Verdict:
     if not all(math.isfinite(number) for number in (estimate.value, estimate.low, estimate.high)):
         return Verdict.ERROR
     if not estimate.valid:
         return Verdict.INCONCLUSIVE
-    least = -math.inf if criterion.min is None else criterion.min
-    most = math.inf if criterion.max is None else criterion.max
+    least = -math.inf if bounds.min is None else bounds.min
+    most = math.inf if bounds.max is None else bounds.max
     if least <= estimate.low and estimate.high <= most:
         return Verdict.PASS
     if estimate.high < least or estimate.low > most:

@@ -2,13 +2,15 @@
 
 import sys
 import time
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from types import TracebackType
 from typing import Any
 
+from comparisons.interrupt import Interrupt
 from comparisons.result import CheckResult
 from comparisons.suite import Progress
+from comparisons.summary import line_of
 
 PLAIN_EVERY_SECONDS = 10.0
 """How often a long step says so where there is no terminal."""
@@ -78,3 +80,10 @@ class Display(AbstractContextManager["Display"]):
             self._bar.console.print(line, markup=False, highlight=False)
         else:
             self._write(line)
+
+
+@contextmanager
+def steps(write: Callable[[str], None]) -> Iterator[Callable[[str, float], None]]:
+    """What shows the steps of long work that has no checks to count."""
+    with Interrupt() as interrupt, Display(0, line_of, write) as display:
+        yield interrupt.after(display.progress.step)

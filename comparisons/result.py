@@ -7,6 +7,7 @@ from typing import Any
 
 from comparisons.gate import CriterionResult, Verdict
 from realtime.technique import Technique
+from reference.quantities import effect_of
 from reference.quantity import Quantity
 from scenes.bibliography import BIBLIOGRAPHY
 from scenes.model import Check, Scene
@@ -17,7 +18,11 @@ MEASURED = ("value", "low", "high")
 
 @dataclass(frozen=True)
 class CheckResult:
-    """One check, judged. Numbers that could not be had are None."""
+    """One check, judged. Numbers that could not be had are None.
+
+    worst : the judged pixel whose error stands out most from the noise of the truth: `x`, `y`, and one value a channel
+        of `realtime`, `truth` and `sigma`, the standard error of the truth
+    """
 
     scene: str
     scene_title: str
@@ -50,6 +55,7 @@ class CheckResult:
     exit_status: int = 0
     cached: bool = False
     significance: dict[str, Any] | None = None
+    worst: dict[str, Any] | None = None
     accepted: dict[str, Any] | None = None
     slack: str = ""
 
@@ -57,14 +63,18 @@ class CheckResult:
     def id(self) -> str:
         return f"{self.scene}/{check_id(self.technique, self.settings, self.fit_exposure)}"
 
+    @property
+    def effect(self) -> str:
+        return effect_of(self.quantity)
+
     def to_json(self) -> dict[str, Any]:
-        plain = asdict(self) | {"id": self.id, "verdict": str(self.verdict)}
+        plain = asdict(self) | {"id": self.id, "effect": self.effect, "verdict": str(self.verdict)}
         plain["criteria"] = [_criterion_json(c) for c in self.criteria]
         return plain
 
     @classmethod
     def from_json(cls, plain: dict[str, Any]) -> "CheckResult":
-        known = {k: v for k, v in plain.items() if k != "id"}
+        known = {k: v for k, v in plain.items() if k not in ("id", "effect")}
         known["verdict"] = Verdict(known["verdict"])
         known["skipped"] = tuple(known["skipped"])
         known["variants"] = tuple(known.get("variants", ()))

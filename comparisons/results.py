@@ -67,10 +67,14 @@ def environment(results: Iterable[CheckResult]) -> dict[str, Any]:
 
 
 def commit() -> str | None:
-    """The commit of the project's checkout, if it is one."""
+    """The commit of the current folder's checkout, `+` behind it if files differ from that; None if it is none."""
+    head = _git("rev-parse", "--short=12", "HEAD")
+    return head and head + ("+" if _git("status", "--porcelain", "--untracked-files=no") else "")
+
+
+def _git(*arguments: str) -> str | None:
     try:
-        command = ["git", "-C", str(Path(__file__).parent), "rev-parse", "--short=12", "HEAD"]
-        outcome = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
+        outcome = subprocess.run(["git", *arguments], capture_output=True, text=True, timeout=10, check=False)
     except (OSError, subprocess.TimeoutExpired):
         return None
     return outcome.stdout.strip() or None

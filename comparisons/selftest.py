@@ -20,9 +20,9 @@ from comparisons.metrics import METRICS, Estimate, Samples, check_image, evaluat
 from comparisons.mutants import MUTANTS, Mutant, is_equivalent
 from comparisons.parity import QUANTITIES as PARITY_QUANTITIES
 from comparisons.report.numbers import format_bound, format_metric
+from comparisons.request import Request, id_of
 from comparisons.sequential import ALPHA_PER_SIDE, decide, looks
 from comparisons.statistics import squared_errors
-from comparisons.suite import Request, id_of
 from realtime.render import Renderer
 from realtime.techniques import technique
 from reference.estimator import Reference, Truth

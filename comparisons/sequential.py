@@ -51,12 +51,13 @@ def looks(limit: int) -> tuple[int, ...]:
     return tuple(FIRST_SPP << i for i in range((limit // FIRST_SPP).bit_length()))
 
 
-def decide(check: Check, image: Float32, truth_at: Callable[[int], Truth], limit: int) -> Decision:
+def decide(check: Check, image: Float32, truth_at: Callable[[int], Truth], limit: int, renderer: str = "") -> Decision:
     """Judge an image (H, W, C) until every criterion is decided by the same samples, or `limit` of them are spent.
 
     Parameters
     ----------
     truth_at : gives the truth with at least that many samples a pixel.
+    renderer : the name of the OpenGL renderer that drew the image; budgets may depend on it.
 
     Raises
     ------
@@ -78,7 +79,7 @@ def decide(check: Check, image: Float32, truth_at: Callable[[int], Truth], limit
         results: dict[int, CriterionResult] = {}
         for index in sorted(range(len(check.criteria)), key=lambda i: i != most_open):  # what was open comes first
             criterion = check.criteria[index]
-            results[index] = judge(criterion, evaluate(criterion.metric, exposed, samples))
+            results[index] = judge(criterion, evaluate(criterion.metric, exposed, samples), renderer)
             if results[index].verdict is Verdict.INCONCLUSIVE and not is_last:
                 most_open = index
                 break

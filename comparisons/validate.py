@@ -5,7 +5,7 @@ from typing import Any
 
 from comparisons.baseline import read_accepted
 from comparisons.metrics import metric_named
-from comparisons.suite import Request
+from comparisons.request import Request
 from realtime.techniques import technique
 from reference.quantities import quantity
 from scenes.errors import InputError

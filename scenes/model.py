@@ -6,7 +6,7 @@ scene of small things may choose another unit of length; areas and coefficients 
 """
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -419,21 +419,40 @@ Emitter = Annotated[
 ]
 
 
-class Criterion(Strict):
-    """`min <= metric <= max`, and why that bound is the right one."""
+class Bounds(Strict):
+    """The least and the most that a metric may be, and why that is right."""
 
-    metric: str
     max: float | None = None
     min: float | None = None
     reason: Sentence
 
     @model_validator(mode="after")
-    def _has_a_bound(self) -> "Criterion":
+    def _has_a_bound(self) -> Self:
         if self.max is None and self.min is None:
             raise ValueError("give max, min or both")
         if self.max is not None and self.min is not None and self.min > self.max:
             raise ValueError(f"min ({self.min:g}) must not exceed max ({self.max:g})")
         return self
+
+
+class RendererBounds(Bounds):
+    """Other bounds where the name of the OpenGL renderer contains `renderer`, whatever the case of its letters."""
+
+    renderer: Annotated[str, Field(min_length=2)]
+
+    def apply_to(self, renderer: str) -> bool:
+        return self.renderer.casefold() in renderer.casefold()
+
+
+class Criterion(Bounds):
+    """`min <= metric <= max`; of `by_renderer`, the first that applies replaces these bounds and their reason."""
+
+    metric: str
+    by_renderer: tuple[RendererBounds, ...] = ()
+
+    def bounds_on(self, renderer: str) -> Bounds:
+        """The bounds that hold where images are drawn by an OpenGL renderer of that name."""
+        return next((bounds for bounds in self.by_renderer if bounds.apply_to(renderer)), self)
 
 
 SettingValue = bool | int | float | str

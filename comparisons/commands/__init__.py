@@ -1,1 +1,1 @@
-"""What the commands of the command line do, as lines of text."""
+"""The commands of the command line: their options, and what they call. Importing them loads nothing heavy."""

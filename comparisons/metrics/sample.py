@@ -83,6 +83,14 @@ class Samples:
         variance: Float64 = self.masked.var(axis=0, ddof=1) / len(self.masked)
         return variance
 
+    @cached_property
+    def standard_error(self) -> Float64:
+        """(H, W, C), the standard error of `mean`; 0 where the truth is exact, and outside the mask."""
+        image = np.zeros(self.accumulators.shape[1:])
+        if not self.is_exact:
+            image[self.mask] = np.sqrt(self.variance_of_mean)
+        return image
+
     def _spread(self, values: Float64) -> Float64:
         image = np.zeros(self.accumulators.shape[1:])
         image[self.mask] = values.mean(axis=0)

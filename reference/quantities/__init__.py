@@ -28,6 +28,22 @@ MODULES = {
     "iris_radiance_straight": "reference.quantities.eye",
 }
 
+EFFECTS = {
+    "parity": ("depth", "normal", "coverage", "albedo", "emission", "receiver_coverage", "iris_coverage"),
+    "indirect light": ("radiance", "direct_radiance", "indirect_radiance"),
+    "translucency": ("thickness", "transmitted_radiance"),
+    "eye": ("iris_uv", "eye_radiance", "iris_radiance", "iris_radiance_flat", "iris_radiance_straight"),
+    "defocus": ("defocus_radiance",),
+    "shadows": ("visibility",),
+    "whole frame": ("frame_radiance",),
+}
+"""What a shading engineer calls the subject that a quantity belongs to."""
+
+
+def effect_of(name: str) -> str:
+    """The effect that a quantity belongs to."""
+    return next((effect for effect, names in EFFECTS.items() if name in names), "other")
+
 
 def quantity(name: str) -> Quantity:
     """Raises InputError for an unknown name."""

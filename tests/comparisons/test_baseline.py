@@ -195,6 +195,7 @@ def test_a_risen_error_regresses_its_check_and_says_by_how_much() -> None:
         "date": "2026-11-22",
         "reason": WHY,
         "criteria": {"nrmse": [0.2, 0.19, 0.21], "flip": [0.01, 0.0, 0.02]},
+        "renderer": "",
     }
     assert apply(result, before) == result
     assert CheckResult.from_json(json.loads(json.dumps(result.to_json()))) == result
@@ -257,7 +258,7 @@ def test_the_file_has_one_sorted_line_a_check() -> None:
     one, other = (accepted_of(check(*order), WHY, TODAY) for order in ((rms, flip), (flip, rms)))
     line = (
         '{"criteria": {"flip": [1e-05, 1e-05, 1e-05], "nrmse": [0.1235, 0.0, 0.2]}, "date": "2026-11-22", '
-        f'"reason": "{WHY}", "spp": 64}}'
+        f'"reason": "{WHY}", "renderer": "", "spp": 64}}'
     )
     assert text_of({"b": one, "a": other}) == f'{{\n"a": {line},\n"b": {line}\n}}\n'
 

@@ -81,7 +81,7 @@ COMMANDS = ["list", "explain", "run", "report", "accept", "diff", "selftest", "c
 def test_the_help_of_each_command_shows_an_example(lightgauge: Run, command: str) -> None:
     outcome = lightgauge(command, "--help")
     assert outcome.status == 0
-    assert re.search(rf"example:\n  lightgauge {command}\b", outcome.out)
+    assert re.search(rf"examples?:\n  lightgauge {command}\b", outcome.out)
 
 
 def test_the_help_tells_the_exit_statuses_and_every_command(lightgauge: Run) -> None:

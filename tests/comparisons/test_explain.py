@@ -8,7 +8,7 @@ import pytest
 
 from comparisons.explain import explanation
 from comparisons.parity import checks_of
-from comparisons.suite import Request
+from comparisons.request import request_of
 from comparisons.validate import validate
 from realtime.techniques import technique
 from scenes.errors import InputError
@@ -58,7 +58,7 @@ def test_a_shipped_scene_says_what_it_is_for(shipped: Scene) -> None:
 
 
 def test_the_checks_of_a_shipped_scene_are_valid(shipped: Scene) -> None:
-    request = Request(shipped, shipped.name)
+    request = request_of(shipped, shipped.name)
     validate([request])
     assert all(check in request.checks for check in shipped.checks)
 

@@ -2,6 +2,7 @@
 
 import json
 import math
+import subprocess
 from collections.abc import Callable
 from dataclasses import asdict, fields, replace
 from pathlib import Path
@@ -15,11 +16,12 @@ from comparisons.gate import CriterionResult, Verdict
 from comparisons.result import CheckResult, check_id, rerun_command
 from comparisons.results import commit, read_run, results_json
 from comparisons.summary import closing_lines, line_of
+from reference.quantities import MODULES as QUANTITIES
 
 Run = Callable[..., Any]
 
 CRITERION_KEYS = {"bound", *(field.name for field in fields(CriterionResult))}
-CHECK_KEYS = {"id", *(field.name for field in fields(CheckResult))}
+CHECK_KEYS = {"id", "effect", *(field.name for field in fields(CheckResult))}
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 texts = st.text(max_size=12)
@@ -36,12 +38,15 @@ criteria = st.builds(
     note=texts,
     valid=st.booleans(),
     floor=st.none() | numbers,
+    renderer=texts,
+    place=texts,
 )
 checks = st.builds(
     CheckResult,
+    worst=st.none() | st.fixed_dictionaries({"x": st.integers(0, 9), "truth": st.lists(numbers, max_size=3)}),
     scene=texts,
     scene_title=texts,
-    quantity=texts,
+    quantity=st.sampled_from(sorted(QUANTITIES)),
     technique=texts,
     settings=st.dictionaries(texts, st.booleans() | st.integers() | numbers | texts, max_size=3),
     fit_exposure=st.booleans(),
@@ -125,8 +130,22 @@ def test_verdicts_are_counted() -> None:
 
 
 def test_a_checkout_names_its_commit(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("comparisons.results.__file__", str(tmp_path / "results.py"))
+    def git(*arguments: str) -> str:
+        identity = ["-c", "user.name=a", "-c", "user.email=a@b"]
+        return subprocess.run(["git", *identity, *arguments], check=True, capture_output=True, text=True).stdout.strip()
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
     assert commit() is None
+    git("init", "--quiet")
+    (tmp_path / "shader.frag").write_text("one", encoding="utf-8")
+    git("add", ".")
+    git("commit", "--quiet", "--message", "one")
+    assert commit() == git("rev-parse", "--short=12", "HEAD")
+    (tmp_path / "report").mkdir()
+    assert commit() == git("rev-parse", "--short=12", "HEAD")
+    (tmp_path / "shader.frag").write_text("two", encoding="utf-8")
+    assert commit() == git("rev-parse", "--short=12", "HEAD") + "+"
     monkeypatch.setenv("PATH", str(tmp_path))
     assert commit() is None
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from comparisons.commands.selftest import lines_of, selftest_lines, status_of
+from comparisons.answers.selftest import lines_of, selftest_lines, status_of
 from comparisons.gate import Verdict
 from comparisons.mutants import MUTANTS
+from comparisons.request import request_of
 from comparisons.selftest import Outcome, Trial, claims, trials_of
-from comparisons.suite import Request
 from reference.estimator import Truth
 from reference.quantity import Integrator
 from reference.store import Store
@@ -205,7 +205,7 @@ def test_a_loose_scene_is_found_out_and_a_tight_one_is_not(with_truth: Path, wri
     steps: list[str] = []
 
     def run() -> tuple[list[str], int]:
-        request = Request(load_scene(Path("tiny.toml")), "tiny.toml", lambda check_id: "irradiance" in check_id)
+        request = request_of(load_scene(Path("tiny.toml")), "tiny.toml", lambda check_id: "irradiance" in check_id)
         return selftest_lines([request], Store(Path(".lightgauge")), lambda what, part: steps.append(what))
 
     lines, status = run()
@@ -222,7 +222,7 @@ def test_a_loose_scene_is_found_out_and_a_tight_one_is_not(with_truth: Path, wri
 
 def test_a_scene_without_a_visible_subject_is_untested(with_truth: Path, write_scene: Write) -> None:
     write_scene(("target = [0.1, 0.05, 0.0]", "target = [0.2, 0.3, 2.0]"))
-    request = Request(load_scene(Path("tiny.toml")), "tiny.toml")
+    request = request_of(load_scene(Path("tiny.toml")), "tiny.toml")
     lines, status = selftest_lines([request], Store(Path(".lightgauge")), lambda what, part: None)
     assert status == 1
     assert any(line.startswith("UNTESTED tiny/indirect.irradiance[side=24]: ") for line in lines)

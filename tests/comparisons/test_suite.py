@@ -15,8 +15,10 @@ from comparisons import sequential
 from comparisons.gate import CriterionResult, Verdict
 from comparisons.metrics import Estimate, Samples
 from comparisons.parity import PARITY
+from comparisons.request import request_of
 from comparisons.result import CheckResult, empty_result
-from comparisons.suite import Request, error_scale, exit_status
+from comparisons.runner import error_scale
+from comparisons.suite import exit_status
 from realtime.camera import Camera, sensor_camera
 from realtime.frame import Frame
 from realtime.graph import Pass
@@ -266,9 +268,9 @@ def test_parity_comes_along_with_a_choice_of_checks(with_truth: Path, lightgauge
 
 def test_a_choice_of_parity_leaves_radiance_out(after_a_run: Path) -> None:
     scene = load_scene(after_a_run / "tiny.toml")
-    chosen = Request(scene, "tiny.toml", lambda name: name == "tiny/raster.depth").checks
+    chosen = request_of(scene, "tiny.toml", lambda name: name == "tiny/raster.depth").checks
     assert [check.quantity for check in chosen] == ["normal", "depth", "coverage", "albedo"]
-    assert Request(scene, "tiny.toml", lambda name: False).checks == ()
+    assert request_of(scene, "tiny.toml", lambda name: False).checks == ()
 
 
 def test_parity_that_cannot_be_judged_is_not_said_to_be_broken(here: Path, lightgauge: Run, write_scene: Write) -> None:

@@ -165,8 +165,8 @@ def test_a_good_scene_loads_with_the_name_and_folder_of_its_file(tmp_path: Path)
         (
             'criteria = [{ metric = "nrmse", max = 0.1, reason = "the budget of the game" }]',
             "criteria = []",
-            "35: checks[0].criteria: found []; allowed: an array of at least 1, each a table with metric, max, min, "
-            "reason",
+            "35: checks[0].criteria: found []; allowed: an array of at least 1, each a table with max, min, reason, "
+            "metric, by_renderer",
         ),
         (
             "[sensor]",

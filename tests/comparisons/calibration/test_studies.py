@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from comparisons.answers.calibrate import RATIOS
 from comparisons.calibration.pool import DISTANCES_M, Pool, world
 from comparisons.calibration.studies import alarms, cases_of, coverage, verdicts
-from comparisons.commands.calibrate import RATIOS
 from comparisons.statistics import PixelEstimates
 from reference.estimator import ACCUMULATORS
 

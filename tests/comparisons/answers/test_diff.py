@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from comparisons.commands.diff import Outcome, diff_lines, is_run, parse_variant
+from comparisons.answers.diff import Outcome, diff_lines, is_run, parse_variant
 from comparisons.difference import difference, write_linear
 from comparisons.metrics import Samples
 from comparisons.result import check_id

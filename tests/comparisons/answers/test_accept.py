@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
+from comparisons.answers.accept import accept_lines, updated
 from comparisons.baseline import FILE_NAME, apply, read_accepted, text_of
-from comparisons.commands.accept import accept_lines, updated
 from comparisons.gate import CriterionResult, Verdict
 from comparisons.result import CheckResult
 from scenes.errors import InputError

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from comparisons.commands.store import age_text, inventory_lines, merge_lines, parse_size, prune, size_text
+from comparisons.answers.store import age_text, inventory_lines, merge_lines, parse_size, prune, size_text
 from reference.store import Store
 from scenes.errors import InputError
 from scenes.image import Image

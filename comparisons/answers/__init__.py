@@ -1,0 +1,1 @@
+"""What the longer commands answer, as lines of text."""
