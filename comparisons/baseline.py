@@ -16,6 +16,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, TypeAdapter, ValidationError
 
+from comparisons.expression import quoted
 from comparisons.gate import CriterionResult, Verdict
 from comparisons.report.numbers import format_bound, format_interval, format_metric
 from comparisons.result import CheckResult
@@ -177,7 +178,7 @@ def _message(result: CheckResult, accepted: Accepted, risen: Iterable[CriterionR
     return (
         f"The error has risen since it was accepted on {accepted.date}, though the budget holds: "
         f"{'; '.join(map(change, risen))}. Find what changed; if it is meant, run "
-        f'`lightgauge accept RUN --reason "..." -k {shlex.quote(result.id)}` with the folder of this run.'
+        f'`lightgauge accept RUN --reason "..." -k {shlex.quote(quoted(f"{result.id}$"))}` with the folder of this run.'
     )
 
 

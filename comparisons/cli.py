@@ -16,7 +16,22 @@ INTERRUPTED = 130
 BROKEN_PIPE = 141
 """As a shell reports a process that SIGINT or SIGPIPE ends."""
 
-COMMANDS = ("list", "explain", "run", "report", "accept", "selftest", "diff", "calibrate", "doctor", "store")
+COMMANDS = (
+    "list",
+    "explain",
+    "run",
+    "merge",
+    "report",
+    "history",
+    "accept",
+    "selftest",
+    "diff",
+    "compare",
+    "export",
+    "calibrate",
+    "doctor",
+    "store",
+)
 """Modules of `comparisons.commands`, in the order of the help."""
 
 EXAMPLES = """\
@@ -26,10 +41,16 @@ examples:
   lightgauge run small-room-ellipsoid      one scene
   lightgauge run mine.toml -o out          a scene of your own
   lightgauge run -k indirect.irradiance    the checks whose name contains that
+  lightgauge run 'eye-*' mine/ --jobs 4    scenes by pattern and folder, four at a time
+  lightgauge merge shard-1 shard-2         one report from runs with --shard 1/2 and --shard 2/2
+  lightgauge run --technique mine.frag     a technique of your own, on the scenes that judge its quantity
   lightgauge explain small-room-knot       what runs, what is skipped, and why
   lightgauge report report                 the page again, from report/results.json
+  lightgauge history history.sqlite        what runs with --history found, and what the last one changed
   lightgauge accept --reason "as in 2005"  hold later runs against the errors of this one
   lightgauge diff indirect.probe indirect.irradiance --scene small-room-knot   which one is better?
+  lightgauge export small-room-knot -o knot.glb   for an engine of your own
+  lightgauge compare knot.exr --scene small-room-knot --quantity indirect_radiance   how wrong is its image?
   lightgauge selftest                      would the checks notice a fault?
   lightgauge store --prune 1G              keep at most a gigabyte of truth
   lightgauge calibrate                     are the error bars honest?

@@ -9,7 +9,7 @@ from realtime.techniques import technique
 from reference.quantities import quantity
 from scenes.features import features_of
 from scenes.geometry import geometry_of
-from scenes.model import Criterion, Scene
+from scenes.model import Bounds, Scene
 
 
 def explanation(scene: Scene) -> Iterator[str]:
@@ -41,11 +41,13 @@ def explanation(scene: Scene) -> Iterator[str]:
         for skip in plan.skipped:
             yield f"    skipped  {skip.what}: {skip.why}"
         for criterion in check.criteria:
-            yield f"    budget   {bounds_of(criterion)}: {criterion.reason}"
+            yield f"    budget   {inequality(criterion.metric, criterion)}: {criterion.reason}"
+            for other in criterion.by_renderer:
+                yield f"      on {other.renderer}  {inequality(criterion.metric, other)}: {other.reason}"
 
 
-def bounds_of(criterion: Criterion) -> str:
-    """A criterion as an inequality."""
-    least = f"{criterion.min:g} <= " if criterion.min is not None else ""
-    most = f" <= {criterion.max:g}" if criterion.max is not None else ""
-    return f"{least}{criterion.metric}{most}"
+def inequality(metric: str, bounds: Bounds) -> str:
+    """The bounds of a metric as they are read."""
+    least = f"{bounds.min:g} <= " if bounds.min is not None else ""
+    most = f" <= {bounds.max:g}" if bounds.max is not None else ""
+    return f"{least}{metric}{most}"

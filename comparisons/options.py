@@ -34,14 +34,46 @@ class Commands:
 
 def add_selection(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "scenes", nargs="*", metavar="SCENE", help="a name or a path to a TOML file; all shipped scenes if none"
+        "scenes",
+        nargs="*",
+        metavar="SCENE",
+        help="a name, a path to a TOML file, a folder of them, or a pattern such as 'eye-*'; all shipped ones if none",
     )
     add_keep(parser)
 
 
 def add_keep(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "-k", dest="keep", metavar="TEXT", default="", help="only checks whose scene/technique contains TEXT"
+        "-k",
+        dest="keep",
+        metavar="EXPR",
+        default="",
+        help="only checks whose scene/technique, effect or quantity contains this; or 'shadow and not (soft or talk)'; "
+        "$ is the end of a name",
+    )
+
+
+def add_techniques(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--technique",
+        dest="techniques",
+        metavar="FILE",
+        type=Path,
+        action="append",
+        default=[],
+        help="a technique of your own: a Python file or a fragment shader (docs/your-technique.md); repeatable",
+    )
+
+
+def add_own(parser: argparse.ArgumentParser) -> None:
+    add_techniques(parser)
+    parser.add_argument(
+        "--budget",
+        dest="budgets",
+        metavar="METRIC=MAX",
+        action="append",
+        default=[],
+        help="hold your own techniques against this, or METRIC=MIN..MAX, instead of the best that ships; repeatable",
     )
 
 

@@ -1,11 +1,12 @@
 """Where the budgets of a check are written."""
 
-import os
 from functools import cache
 from pathlib import Path
 
+from comparisons.own import origins_of
 from scenes.lines import KeyPath, key_lines, line_of
 from scenes.model import Check, Scene
+from scenes.paths import shown_path
 
 
 def file_of(scene: Scene) -> Path:
@@ -14,20 +15,21 @@ def file_of(scene: Scene) -> Path:
 
 
 def places_of(scene: Scene, check: Check) -> tuple[str, ...]:
-    """FILE:LINE of each criterion of a check; of a standard one, that the scene does not spell out, line 1."""
+    """FILE:LINE of each criterion of a check; empty for one that was given on the command line.
+
+    A standard check, that the scene does not spell out, is on line 1.
+    """
     path = file_of(scene)
     lines = _lines(path.read_text(encoding="utf-8"))
-    index = scene.checks.index(check) if check in scene.checks else len(scene.checks)
-    keys = (("checks", index, "criteria", number) for number in range(len(check.criteria)))
-    return tuple(f"{shown_path(path)}:{line_of(lines, key) if index < len(scene.checks) else 1}" for key in keys)
+    places = []
+    for origin in origins_of(scene, check):
+        written, number = origin or (check, 0)
+        index = scene.checks.index(written) if written in scene.checks else None
+        line = 1 if index is None else line_of(lines, ("checks", index, "criteria", number))
+        places.append(f"{shown_path(path)}:{line}" if origin else "")
+    return tuple(places)
 
 
 @cache
 def _lines(text: str) -> dict[KeyPath, int]:
     return key_lines(text)
-
-
-def shown_path(path: Path) -> str:
-    """A path relative to the current folder if it lies below it, else the whole of it."""
-    relative = Path(os.path.relpath(path))
-    return str(path.resolve() if ".." in relative.parts else relative)

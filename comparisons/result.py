@@ -5,12 +5,16 @@ import shlex
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from comparisons.budgets import budget_options
+from comparisons.expression import quoted
 from comparisons.gate import CriterionResult, Verdict
+from realtime.own import file_of
 from realtime.technique import Technique
 from reference.quantities import effect_of
 from reference.quantity import Quantity
 from scenes.bibliography import BIBLIOGRAPHY
 from scenes.model import Check, Scene
+from scenes.paths import shown_path
 
 SCHEMA = 1
 MEASURED = ("value", "low", "high")
@@ -20,6 +24,7 @@ MEASURED = ("value", "low", "high")
 class CheckResult:
     """One check, judged. Numbers that could not be had are None.
 
+    truth_key : what the truth is kept under; with the number of a block and of its part it gives that one's seed
     worst : the judged pixel whose error stands out most from the noise of the truth: `x`, `y`, and one value a channel
         of `realtime`, `truth` and `sigma`, the standard error of the truth
     """
@@ -47,6 +52,7 @@ class CheckResult:
     pass_seconds: dict[str, float] = field(default_factory=dict)
     skipped: tuple[dict[str, str], ...] = ()
     integrator: dict[str, str] = field(default_factory=dict)
+    truth_key: str = ""
     images: dict[str, str] = field(default_factory=dict)
     error_scale: float | None = None
     error_smoothing_px: float = 0.0
@@ -88,21 +94,22 @@ def check_id(technique: str, settings: dict[str, Any], fit_exposure: bool) -> st
     return f"{technique}[{','.join(details)}]" if details else technique
 
 
-def rerun_command(scene_argument: str, technique: str) -> str:
-    """What runs a check again."""
-    return f"lightgauge run {shlex.quote(scene_argument)} -k {shlex.quote(technique)}"
+def rerun_command(scene_argument: str, check: str, *options: str) -> str:
+    """What runs a check again, and no other but parity; `check` is its name within the scene."""
+    return shlex.join(["lightgauge", "run", scene_argument, "-k", quoted(f"{check}$"), *options])
 
 
 def card_of(technique: Technique) -> dict[str, str]:
     """What a report says about a technique, its source spelt out."""
     card = {key: getattr(technique, key) for key in ("name", "summary", "limits")}
-    return card | {"source": BIBLIOGRAPHY[technique.source]}
+    return card | {"source": BIBLIOGRAPHY.get(technique.source, technique.source)}
 
 
 def empty_result(
     scene: Scene, scene_argument: str, check: Check, technique: Technique, quantity: Quantity
 ) -> CheckResult:
     """What is known of a check before anything was rendered; its verdict is ERROR until something is."""
+    name = check_id(check.technique, dict(check.settings), check.fit_exposure)
     return CheckResult(
         scene=scene.name,
         scene_title=scene.title,
@@ -116,8 +123,14 @@ def empty_result(
         unit=quantity.unit_in(scene),
         display=quantity.display,
         card=card_of(technique),
-        rerun=rerun_command(scene_argument, check.technique),
+        rerun=rerun_command(scene_argument, name, *_own_options(check)),
     )
+
+
+def _own_options(check: Check) -> tuple[str, ...]:
+    """The options that make a user's technique known, and its budgets; none for a shipped one."""
+    path = file_of(check.technique)
+    return ("--technique", shown_path(path), *budget_options(check.criteria)) if path else ()
 
 
 def _criterion_json(result: CriterionResult) -> dict[str, Any]:

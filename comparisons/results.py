@@ -12,31 +12,37 @@ from typing import Any
 
 from comparisons.doctor import require_writable, version_of
 from comparisons.gate import Verdict
+from comparisons.history import noted
+from comparisons.report.names import stem_of
 from comparisons.report.page import write_report
 from comparisons.result import SCHEMA, CheckResult
 from reference.store import Store, write_text
 from scenes.errors import InputError
 
 
-def prepare_folder(folder: Path) -> None:
+def prepare_folder(folder: Path, option: str = "-o") -> None:
     """Make the folder of a report before anything is rendered for it.
 
     Raises
     ------
     InputError
-        It cannot be written to.
+        It cannot be written to; `option` names another.
     """
-    for part in (folder, folder / "images"):
-        require_writable(part, "output folder", "-o")
+    for part in (folder, folder / "images", folder / "pixels"):
+        require_writable(part, "output folder", option)
 
 
 def with_pictures(folder: Path, store: Store, result: CheckResult) -> CheckResult:
-    """Copy the pictures of a check from the store into the report's folder."""
-    stem = "".join(c if c.isalnum() or c in "-_." else "-" for c in result.id)
-    images = {name: f"images/{stem}-{name}{Path(kept).suffix}" for name, kept in result.images.items()}
+    """Copy the pictures of a check, and its pixels as a script, from the store into the report's folder."""
+    stem = stem_of(result.id)
+    images = {name: _shown_at(stem, name, Path(kept).suffix) for name, kept in result.images.items()}
     for name, kept in result.images.items():
         shutil.copyfile(store.root / kept, folder / images[name])
     return replace(result, images=images)
+
+
+def _shown_at(stem: str, name: str, suffix: str) -> str:
+    return f"pixels/{stem}.js" if suffix == ".js" else f"images/{stem}-{name}{suffix}"
 
 
 def results_json(results: Iterable[CheckResult], started: str, seconds: float, notes: Iterable[str]) -> dict[str, Any]:
@@ -80,10 +86,15 @@ def _git(*arguments: str) -> str | None:
     return outcome.stdout.strip() or None
 
 
-def write_run(folder: Path, results: dict[str, Any]) -> Path:
-    """Write results.json and the report; returns the page."""
+def write_run(folder: Path, results: dict[str, Any], history: Path | None = None) -> Path:
+    """Write results.json, note the run in that history if there is one, and write the report; returns the page."""
     write_text(folder / "results.json", json.dumps(results, indent=1, allow_nan=False))
-    return write_report(folder, results)
+    return write_page(folder, results, history)
+
+
+def write_page(folder: Path, results: dict[str, Any], history: Path | None = None) -> Path:
+    """Write the report of a run that is finished, and note that in a history if it isn't there yet."""
+    return write_report(folder, results, None if history is None else noted(history, results))
 
 
 def read_run(run: Path) -> tuple[Path, dict[str, Any]]:

@@ -14,9 +14,11 @@ from comparisons.clamping import clamp_note
 from comparisons.difference import write_linear
 from comparisons.gate import CriterionResult, Verdict, spp_needed
 from comparisons.metrics import Samples
+from comparisons.metrics.flip import flip_image
 from comparisons.parity import QUANTITIES as PARITY_QUANTITIES
 from comparisons.places import places_of
 from comparisons.report.pictures import write_flagged, write_pictures
+from comparisons.report.pixels import write_pixels
 from comparisons.request import Request
 from comparisons.result import CheckResult, empty_result
 from comparisons.sequential import Decision, decide, fixed_spp
@@ -24,13 +26,14 @@ from comparisons.significance import LEAST_SPP, significance
 from comparisons.tonemap import exposure_for
 from comparisons.variants import costs_of_variants
 from comparisons.worst_pixel import worst_pixel
+from realtime.context import environment_choice
 from realtime.render import Renderer, Rendering
 from realtime.technique import Technique
 from realtime.techniques import technique
 from reference.estimator import Reference
 from reference.quantities import quantity
 from reference.store import Store
-from scenes.errors import FlaggedPixels, LightgaugeError, MachineError, NoCompiler, NoGraphics
+from scenes.errors import FlaggedPixels, LightgaugeError, MachineError, NoCluster, NoCompiler, NoGraphics
 from scenes.image import Image
 from scenes.model import Check, Scene, SettingValue
 
@@ -47,24 +50,36 @@ class Draws(Protocol):
     def render(self, technique: Technique, given: dict[str, SettingValue], timed: bool = True) -> Rendering: ...
 
 
+Step = Callable[[str, float], None]
+"""Called with what is being done and the fraction of it that is done."""
+
+
+def _draws_here(scene: Scene, step: Step) -> Draws:
+    return Renderer(scene)
+
+
 @dataclass(frozen=True)
 class Sides:
-    """Where the two sides of a comparison come from: what draws a scene, and what renders its truth."""
+    """Where the two sides of a comparison come from: what draws a scene, and what renders its truth.
 
-    renderer: Callable[[Scene], Draws] = Renderer
-    reference: Callable[[Scene, Store, Callable[[str, float], None]], Reference] = Reference
+    What chooses the OpenGL driver is `graphics`: finished checks are found again only where it is the same.
+    """
+
+    renderer: Callable[[Scene, Step], Draws] = _draws_here
+    reference: Callable[[Scene, Store, Step], Reference] = Reference
+    graphics: Callable[[], dict[str, str]] = environment_choice
 
 
 class Runner:
     """The checks of one scene, sharing what they render."""
 
-    def __init__(self, request: Request, store: Store, step: Callable[[str, float], None], sides: Sides) -> None:
+    def __init__(self, request: Request, store: Store, step: Step, sides: Sides) -> None:
         self.request = request
         self.store = store
         self.step = step
         self.reference = sides.reference(request.scene, store, step)
-        self.renderer = sides.renderer(request.scene)
-        self.cache = CheckCache(store)
+        self.renderer = sides.renderer(request.scene, step)
+        self.cache = CheckCache(store, sides.graphics)
 
     def refused(self, check: Check, why: str) -> CheckResult:
         return replace(self._empty(check), message=why)
@@ -79,13 +94,13 @@ class Runner:
                 named = replace(cached, scene=scene.name, scene_title=scene.title, cached=True)
                 return self._placed(check, replace(named, rerun=self._empty(check).rerun))
             result = self._judged(check)
-        except (NoGraphics, NoCompiler):
+        except (NoGraphics, NoCompiler, NoCluster):
             raise
         except LightgaugeError as error:
             images = self._flagged(check, error) if isinstance(error, FlaggedPixels) else {}
             return replace(self._empty(check), message=str(error), exit_status=error.exit_status, images=images)
         except Exception as error:  # noqa: BLE001  # techniques and drivers may raise anything; the other checks go on
-            return replace(self._empty(check), message=_fault(error), exit_status=MachineError.exit_status)
+            return replace(self._empty(check), message=fault_of(error), exit_status=MachineError.exit_status)
         self.cache.write(scene, check, result)
         return self._placed(check, result)
 
@@ -123,7 +138,7 @@ class Runner:
             self._empty(check),
             **self._shown(check, decision, rendering.image),
             verdict=decision.verdict,
-            message=_advice(decision, scene.truth.max_spp),
+            message=advice(decision, scene.truth.max_spp),
             criteria=decision.criteria,
             exposure=decision.exposure,
             spp=truth.spp,
@@ -132,40 +147,68 @@ class Runner:
             pass_seconds=rendering.pass_seconds,
             skipped=tuple(asdict(s) for s in rendering.skipped),
             integrator={"name": truth.integrator.name, "why": truth.integrator.why},
+            truth_key=truth.key,
             clamp=clamp_note(truth, scene.truth.clamp),
             variants=costs_of_variants(truth, self.reference.truth),
             gl_renderer=gl_renderer,
         )
 
     def _shown(self, check: Check, decision: Decision, drawn: Image) -> dict[str, Any]:
-        """The pictures, made from all samples at hand: a verdict is often clear long before an image is."""
-        scene = self.request.scene
-        truth = self.reference.at_hand(check.quantity, decision.truth.spp)
-        samples = Samples(truth.accumulators, truth.mask)
-        display = quantity(check.quantity).display
-        tested = significance(decision.image, samples) if truth.spp >= LEAST_SPP else None
-        scale = error_scale(decision.criteria, samples)
-        exposure = exposure_for(samples.mean, truth.mask) if display in ("radiance", "depth") else 1.0
-        smoothing = 0.0 if truth.is_exact else SMOOTHING_PX
-        mean = samples.mean.astype(np.float32)
-        folder = self.cache.folder(scene, check)
-        pictures = write_pictures(
-            folder, "picture", decision.image, mean, truth.mask, exposure, scale, display, smoothing, tested
-        )
-        if not truth.is_exact:
-            pictures["linear"] = write_linear(folder, "picture", drawn, scene)
-        return {
-            "significance": tested.summary if tested is not None else None,
-            "worst": worst_pixel(decision.image, samples),
-            "images": self._kept(folder, pictures),
-            "spp_shown": truth.spp,
-            "error_scale": scale,
-            "error_smoothing_px": smoothing,
-            "exposure_display": exposure,
-        }
+        folder = self.cache.folder(self.request.scene, check)
+        found = evidence(self.reference, check.quantity, decision, drawn, folder, "picture")
+        return found | {"images": self._kept(folder, found["images"])}
 
 
-def _fault(error: Exception) -> str:
+def evidence(
+    reference: Reference, name: str, decision: Decision, drawn: Image, folder: Path, stem: str
+) -> dict[str, Any]:
+    """What shows a verdict on a quantity, made from all samples at hand: it is often clear long before an image is.
+
+    Writes the pictures `images/STEM-...` and their values `pixels/STEM.js` under `folder`; `images` has their paths
+    within it. The other keys are those of a `CheckResult`.
+    """
+    truth = reference.at_hand(name, decision.truth.spp)
+    samples = Samples(truth.accumulators, truth.mask)
+    display = quantity(name).display
+    tested = significance(decision.image, samples) if truth.spp >= LEAST_SPP else None
+    scale = error_scale(decision.criteria, samples)
+    exposure = exposure_for(samples.mean, truth.mask) if display in ("radiance", "depth") else 1.0
+    smoothing = 0.0 if truth.is_exact else SMOOTHING_PX
+    flip = flip_image(decision.image, samples) if display == "radiance" else None
+    worst = worst_pixel(decision.image, samples)
+    mean = samples.mean.astype(np.float32)
+    pictures = write_pictures(
+        folder, stem, decision.image, mean, truth.mask, exposure, scale, display, smoothing, tested, flip
+    )
+    pictures["pixels"] = write_pixels(
+        folder,
+        stem,
+        decision.image,
+        samples,
+        quantity=name,
+        unit=quantity(name).unit_in(reference.scene),
+        display=display,
+        exposure=exposure,
+        error_scale=scale,
+        smoothing=smoothing,
+        significance=tested,
+        flip=flip,
+        worst=(worst["x"], worst["y"]),
+    )
+    if not truth.is_exact:
+        pictures["linear"] = write_linear(folder, stem, drawn, reference.scene)
+    return {
+        "significance": tested.summary if tested is not None else None,
+        "worst": worst,
+        "images": pictures,
+        "spp_shown": truth.spp,
+        "error_scale": scale,
+        "error_smoothing_px": smoothing,
+        "exposure_display": exposure,
+    }
+
+
+def fault_of(error: Exception) -> str:
     """An exception that nobody foresaw, and where it came from."""
     place = traceback.extract_tb(error.__traceback__)[-1]
     return (
@@ -174,7 +217,7 @@ def _fault(error: Exception) -> str:
     )
 
 
-def _advice(decision: Decision, limit: int) -> str:
+def advice(decision: Decision, limit: int) -> str:
     """What an INCONCLUSIVE check needs."""
     if decision.verdict is not Verdict.INCONCLUSIVE:
         return ""

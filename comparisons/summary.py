@@ -8,23 +8,32 @@ from comparisons.baseline import notes_on
 from comparisons.gate import CriterionResult, Verdict
 from comparisons.report.numbers import format_bound, format_count, format_interval, format_metric
 from comparisons.result import CheckResult
+from comparisons.selection import Broken
 
 
 def line_of(result: CheckResult) -> str:
     """Verdict, check, its first criterion that has this verdict, and where it comes from."""
     deciding = [c for c in result.criteria if c.verdict is result.verdict]
-    numbers = _numbers(deciding[0], result.unit) if deciding else " ".join(result.message.split())
+    numbers = numbers_of(deciding[0], result.unit) if deciding else " ".join(result.message.split())
     origin = " (stored)" if result.cached else ""
     return f"{result.verdict:12} {result.id}  {numbers}{origin}"
 
 
-def _numbers(c: CriterionResult, unit: str) -> str:
+def numbers_of(c: CriterionResult, unit: str) -> str:
+    """A metric, its value with interval, and its budget; `unit` is that of the quantity."""
     value = format_metric(c.metric, c.value, unit)
     budget = format_bound(c.metric, c.min, c.max, unit)
     return f"{c.metric} {value} {format_interval(c.metric, c.low, c.high)}, budget {budget}"
 
 
-def closing_lines(results: Sequence[CheckResult], notes: Sequence[str], page: Path, seconds: float) -> Iterator[str]:
+def closing_lines(
+    results: Sequence[CheckResult],
+    notes: Sequence[str],
+    page: Path,
+    seconds: float,
+    broken: Sequence[Broken] = (),
+    processes: int = 1,
+) -> Iterator[str]:
     """What a reader needs last: repairs, everything that is not fine with its reason, counts, the page."""
     yield from notes
     said: set[str] = set()
@@ -33,15 +42,26 @@ def closing_lines(results: Sequence[CheckResult], notes: Sequence[str], page: Pa
             yield f"{result.verdict} {result.id}"
             for c in result.criteria:
                 if c.verdict is not Verdict.PASS:
-                    yield f"  {_numbers(c, result.unit)} ({c.reason}){'; ' + c.note if c.note else ''}"
+                    yield f"  {numbers_of(c, result.unit)} ({c.reason}){'; ' + c.note if c.note else ''}"
             if result.message:
                 yield "  (for the same reason)" if result.message in said else indent(result.message, "  ")
                 said.add(result.message)
             yield f"  again: {result.rerun}"
+    yield from broken_lines(broken)
     yield from notes_on(results)
     yield from _saving(results)
-    counts = ", ".join(f"{n} {v}" for v in Verdict if (n := sum(r.verdict is v for r in results)))
-    yield f"{counts} in {seconds:.1f} s. Report: {page}"
+    if processes > 1:
+        yield f"{processes} processes shared this machine: times of techniques are those of a busy one."
+    counts = [f"{n} {v}" for v in Verdict if (n := sum(r.verdict is v for r in results))]
+    counts += [f"{len(broken)} broken scene{'s' if len(broken) > 1 else ''}"] if broken else []
+    yield f"{', '.join(counts)} in {seconds:.1f} s. Report: {page}"
+
+
+def broken_lines(broken: Sequence[Broken]) -> Iterator[str]:
+    """Scenes that could not be run, and why."""
+    for scene in broken:
+        yield f"BROKEN {scene.argument}"
+        yield indent(scene.message, "  ")
 
 
 def _saving(results: Sequence[CheckResult]) -> Iterator[str]:

@@ -5,6 +5,7 @@ from typing import Any
 
 from comparisons.baseline import read_accepted
 from comparisons.metrics import metric_named
+from comparisons.places import file_of
 from comparisons.request import Request
 from realtime.techniques import technique
 from reference.quantities import quantity
@@ -12,6 +13,7 @@ from scenes.errors import InputError
 from scenes.lines import key_lines, line_of
 from scenes.load import dotted
 from scenes.model import Check
+from scenes.paths import shown_path
 
 Fault = tuple[tuple[str | int, ...], str]
 """Where in a check, and what is wrong there."""
@@ -33,25 +35,41 @@ def validate(requests: Iterable[Request]) -> None:
     for request in asked:
         first = named.setdefault(request.scene.name, request.argument)
         if first != request.argument:
-            faults.append(
-                f"{request.argument}: {first} has the same name, and results go by it. Rename one, or run them apart."
-            )
+            faults.append(same_name(request.argument, first))
     if faults:
         raise InputError("\n".join(faults))
 
 
+def require_sound(request: Request) -> None:
+    """As `validate`, for the checks of one scene alone, without what is accepted for them.
+
+    Raises
+    ------
+    InputError
+        All that is wrong, one a line.
+    """
+    if faults := list(_of_scene(request)):
+        raise InputError("\n".join(faults))
+
+
+def same_name(argument: str, first: str) -> str:
+    """What is wrong with the second of two scenes of one name."""
+    return f"{argument}: {first} has the same name, and results go by it. Rename one, or run them apart."
+
+
 def _of_scene(request: Request) -> Iterator[str]:
     scene = request.scene
-    path = scene.folder / f"{scene.name}.toml"
+    path = file_of(scene)
     lines = key_lines(path.read_text(encoding="utf-8"))
     for index, check in enumerate(scene.checks):
         if check in request.checks:
-            for where, what in _of_check(check):
+            for where, what in faults_of(check):
                 key = ("checks", index, *where)
-                yield f"{path.name}:{line_of(lines, key)}: {dotted(key)}: {what}"
+                yield f"{shown_path(path)}:{line_of(lines, key)}: {dotted(key)}: {what}"
 
 
-def _of_check(check: Check) -> Iterator[Fault]:
+def faults_of(check: Check) -> Iterator[Fault]:
+    """What is wrong with a check, whatever its scene."""
     attempts: list[tuple[tuple[str | int, ...], Callable[[], Any]]] = [
         (("quantity",), lambda: quantity(check.quantity)),
         (("technique",), lambda: technique(check.technique)),

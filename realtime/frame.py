@@ -12,7 +12,7 @@ import numpy as np
 
 from realtime.camera import Camera, sensor_camera
 from realtime.graph import Skip
-from realtime.shader import program, set_uniforms
+from realtime.shader import NO_SHADERS, OwnShaders, program, set_uniforms
 from scenes.errors import InputError
 from scenes.features import Features
 from scenes.geometry import diffuse_reflectance, texture_of
@@ -45,7 +45,7 @@ class Frame:
     """Everything that a pass may use.
 
     `resources` holds what earlier passes wrote, by name. `skipped` takes what a pass leaves out, and why, where that
-    shows only once it runs.
+    shows only once it runs. `shaders` are the files that a user's own technique brings.
     """
 
     context: moderngl.Context
@@ -54,6 +54,7 @@ class Frame:
     features: Features
     settings: Mapping[str, SettingValue]
     grid: int
+    shaders: OwnShaders = NO_SHADERS
     resources: dict[str, Any] = field(default_factory=dict)
     skipped: list[Skip] = field(default_factory=list)
     _programs: dict[Any, Any] = field(default_factory=dict)
@@ -67,7 +68,7 @@ class Frame:
         """The program of some shader files, compiled once for each set of defines."""
         key = (names, tuple(sorted(defines.items())))
         if key not in self._programs:
-            self._programs[key] = program(self.context, *names, defines=defines)
+            self._programs[key] = program(self.context, *names, defines=defines, own=self.shaders)
         return self._programs[key]
 
     def texture(self, size: tuple[int, int], components: int, dtype: str = "f4") -> moderngl.Texture:

@@ -72,7 +72,7 @@ class Renderer:
                 f"{width} x {height}; this GPU allows {largest}. Lower the sensor's width and height."
             )
         todo = plan(technique.passes(self.scene, features, settings), "image")
-        frame = Frame(self._context, self.scene, meshes, features, settings, technique.grid)
+        frame = Frame(self._context, self.scene, meshes, features, settings, technique.grid, technique.shaders)
         seconds = self._run(frame, todo)
         if timed and sum(seconds.values()) < LONG_FRAME:
             frame.resources.clear()

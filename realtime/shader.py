@@ -9,15 +9,43 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenes.errors import RenderError
+from scenes.paths import shown_path
 
 if TYPE_CHECKING:
     import moderngl
 
 GLSL = Path(__file__).parent / "glsl"
 
-_INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
-_STAGES = {".vert": "vertex_shader", ".frag": "fragment_shader", ".geom": "geometry_shader", ".comp": "compute_shader"}
+INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
+STAGES = {
+    ".vert": "vertex_shader",
+    ".frag": "fragment_shader",
+    ".glsl": "fragment_shader",
+    ".geom": "geometry_shader",
+    ".comp": "compute_shader",
+}
+"""By suffix; a .glsl file is included by others, unless it is a user's, who may call a fragment shader that."""
+
 _POSITION = re.compile(r"\b0:(\d+)\((\d+)\)|\b0\((\d+)\)\s*:")
+
+
+@dataclass(frozen=True)
+class OwnShaders:
+    """The shader files of a user's technique as they were when it was loaded, by their path relative to its `folder`.
+
+    They are found before the shipped ones of the same name, by the technique's passes and by each other; what a shipped
+    file includes is always shipped.
+    """
+
+    folder: Path
+    texts: Mapping[str, str]
+
+    def shown(self, name: str) -> str:
+        """The path of one of the files, for a message."""
+        return shown_path(self.folder / name)
+
+
+NO_SHADERS = OwnShaders(GLSL, {})
 
 
 @dataclass(frozen=True)
@@ -40,8 +68,10 @@ class Source:
         return _POSITION.sub(place, log)
 
 
-def load(name: str, defines: Mapping[str, int | float] | None = None, root: Path = GLSL) -> Source:
-    """The shader `name` under `root`, with `defines` after its #version line.
+def load(
+    name: str, defines: Mapping[str, int | float] | None = None, root: Path = GLSL, *, own: OwnShaders = NO_SHADERS
+) -> Source:
+    """The shader `name` among `own` files or else under `root`, with `defines` after its #version line.
 
     Raises
     ------
@@ -49,9 +79,10 @@ def load(name: str, defines: Mapping[str, int | float] | None = None, root: Path
         A file is missing, or includes itself.
     """
     lines: list[tuple[str, str, int]] = []
-    _append(root, name, (), set(), lines)
+    _append(root, own, name, (), set(), lines)
     added = [(f"#define {k} {_literal(v)}", "defines", i + 1) for i, (k, v) in enumerate((defines or {}).items())]
-    lines[1:1] = added
+    version = next((i for i, (text, _, _) in enumerate(lines) if text.lstrip().startswith("#version")), 0)
+    lines[version + 1 : version + 1] = added
     return Source("\n".join(t for t, _, _ in lines) + "\n", tuple((f, n) for _, f, n in lines))
 
 
@@ -59,28 +90,43 @@ def _literal(value: int | float) -> str:
     return str(int(value)) if isinstance(value, (bool, int)) else repr(float(value))
 
 
-def _append(root: Path, name: str, above: tuple[str, ...], seen: set[str], lines: list[tuple[str, str, int]]) -> None:
-    if name in above:
-        raise RenderError(f"Shader includes run in a circle: {' -> '.join((*above, name))}. Break it at one of them.")
-    if name in seen:
+def _append(
+    root: Path, own: OwnShaders, name: str, above: tuple[str, ...], seen: set[str], lines: list[tuple[str, str, int]]
+) -> None:
+    shown = own.shown(name) if name in own.texts else name
+    if shown in above:
+        raise RenderError(f"Shader includes run in a circle: {' -> '.join((*above, shown))}. Break it at one of them.")
+    if shown in seen:
         return
-    seen.add(name)
+    seen.add(shown)
+    text = own.texts[name] if name in own.texts else _shipped(root, own, name, above)
+    inner = own if name in own.texts else NO_SHADERS
+    for number, line in enumerate(text.splitlines(), 1):
+        include = INCLUDE.match(line)
+        if include:
+            _append(root, inner, include.group(1), (*above, shown), seen, lines)
+        else:
+            lines.append((line, shown, number))
+
+
+def _shipped(root: Path, own: OwnShaders, name: str, above: tuple[str, ...]) -> str:
     try:
-        text = (root / name).read_text(encoding="utf-8")
+        return (root / name).read_text(encoding="utf-8")
     except FileNotFoundError as error:
         origin = f", included by {above[-1]}" if above else ""
+        beside = f" or to {own.folder}; of the latter, only those are known that the technique names in full"
         raise RenderError(
-            f"Shader file '{name}' does not exist{origin}. Paths are relative to the glsl folder."
+            f"Shader file '{name}' does not exist{origin}. Paths are relative to the glsl folder"
+            f"{beside if own is not NO_SHADERS else ''}."
         ) from error
-    for number, line in enumerate(text.splitlines(), 1):
-        include = _INCLUDE.match(line)
-        if include:
-            _append(root, include.group(1), (*above, name), seen, lines)
-        else:
-            lines.append((line, name, number))
 
 
-def program(context: moderngl.Context, *names: str, defines: Mapping[str, int | float] | None = None) -> Any:
+def program(
+    context: moderngl.Context,
+    *names: str,
+    defines: Mapping[str, int | float] | None = None,
+    own: OwnShaders = NO_SHADERS,
+) -> Any:
     """Compile and link shader files; the suffix tells the stage.
 
     Raises
@@ -88,17 +134,18 @@ def program(context: moderngl.Context, *names: str, defines: Mapping[str, int | 
     RenderError
         The compiler refused; the message names files and lines.
     """
-    sources = {name: load(name, defines) for name in names}
-    stages = {_STAGES[Path(name).suffix]: source.text for name, source in sources.items()}
+    sources = {STAGES[Path(name).suffix]: load(name, defines, own=own) for name in names}
+    stages = {stage: source.text for stage, source in sources.items()}
     try:
         if "compute_shader" in stages:
             return context.compute_shader(stages["compute_shader"])
         return context.program(**stages)  # type: ignore[arg-type]
     except Exception as error:  # moderngl's own error class lives behind its import
         log = str(error)
-        for source in sources.values():
-            log = source.locate(log)
-        raise RenderError(f"The shader {' + '.join(names)} does not compile: {log.strip()}") from error
+        for stage, source in sources.items():
+            log = source.locate(log) if stage in log or len(sources) == 1 else log
+        message = log.rpartition("===\n")[2].strip()
+        raise RenderError(f"The shader {' + '.join(names)} does not compile: {message}") from error
 
 
 def set_uniforms(shader: Any, **values: Any) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from realtime.graph import Pass
+from realtime.shader import NO_SHADERS, OwnShaders
 from scenes.errors import InputError
 from scenes.features import Features
 from scenes.model import Scene, SettingValue
@@ -30,7 +31,8 @@ class Technique:
     """A real-time way to approximate one quantity.
 
     `passes` gets the scene, its features and the settings, and returns the passes in order; the last ones write
-    `image`. `source` is a key of the bibliography. `channels` picks the quantity out of the four channels of `image`.
+    `image`. `source` is a key of the bibliography, or for a user's technique any text. `channels` picks the quantity
+    out of the four channels of `image`. `shaders` are the files that a user's technique brings; loading it sets them.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Technique:
     parameters: tuple[Parameter, ...] = ()
     channels: tuple[int, ...] = (0, 1, 2)
     grid: int = 2
+    shaders: OwnShaders = NO_SHADERS
 
     def settings(self, given: Mapping[str, SettingValue]) -> dict[str, Any]:
         """The defaults, overridden by what is given.

@@ -11,28 +11,25 @@ consecutive seeds of Mitsuba's samplers repeat each other's noise, shifted by a 
 import hashlib
 import importlib
 import importlib.metadata
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
-from itertools import takewhile
+from itertools import chain, pairwise, takewhile
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from reference.quantities import MODULES, quantity
-from reference.quantity import BlockRender, Integrator, Quantity
-from reference.stage import Stage, build_stage
-from reference.start import VARIANT, mitsuba
+from reference.quantity import Integrator, Quantity
+from reference.start import VARIANT
 from reference.store import Shelf, Store
+from reference.studio import Launch, Progress, Studio
 from scenes import geometry
 from scenes.digest import code_digest, scene_parts, with_imports
 from scenes.errors import SceneError
-from scenes.features import Features, features_of
-from scenes.image import Bool, Float32, Float64, Image, require_finite
-from scenes.mesh import Mesh
+from scenes.features import Features
+from scenes.image import Bool, Float32, Image, require_finite
 from scenes.model import MOST_SPP, PIXEL_GRID, Scene
 
 ACCUMULATORS = 16
@@ -43,9 +40,6 @@ LARGEST_BLOCK = 256
 
 PATHS_A_LAUNCH = 1 << 21
 """Bounds the memory of a launch: about 1 KiB a path."""
-
-Progress = Callable[[str, float], None]
-"""Called with what is being done and the fraction of it that is done."""
 
 
 @dataclass(frozen=True)
@@ -131,31 +125,23 @@ def seed_of(key: str, *launch: int) -> int:
     return int.from_bytes(digest[:4], "big")
 
 
-class Reference:
-    """Renders truths of one scene, loading Mitsuba and the scene at the first block that is missing."""
+def _block_name(index: int) -> str:
+    return f"block-{index:03d}"
 
-    def __init__(self, scene: Scene, store: Store, progress: Progress) -> None:
+
+class Reference:
+    """Truths of one scene. What the store lacks is rendered in `studio`; this process, if none is given."""
+
+    def __init__(self, scene: Scene, store: Store, progress: Progress, studio: Studio | None = None) -> None:
         self.scene = scene
         self.store = store
-        self.progress = progress
+        self.studio = studio or Studio(scene, store.root / "kernels", progress)
         self._masks: dict[str, Bool] = {}
 
-    @cached_property
-    def _mitsuba(self) -> ModuleType:
-        return mitsuba(self.store.root / "kernels")
-
-    @cached_property
-    def _stage(self) -> Stage:
-        return build_stage(self._mitsuba, self.scene, self._meshes)
-
-    @cached_property
-    def _meshes(self) -> tuple[Mesh, ...]:
-        return geometry.geometry_of(self.scene)
-
-    @cached_property
+    @property
     def features(self) -> Features:
         """What the choice of an integrator depends on."""
-        return features_of(self.scene, self._meshes)
+        return self.studio.features
 
     @cached_property
     def subject_mask(self) -> Bool:
@@ -222,36 +208,32 @@ class Reference:
         """The truth of a quantity with all samples that are stored already, at least `spp` of them a pixel."""
         shelf = self.store.shelf(truth_parts(self.scene, name))
         sizes = block_sizes(MOST_SPP // ACCUMULATORS)
-        stored = list(takewhile(lambda block: (shelf.folder / f"block-{block[0]:03d}.exr").exists(), enumerate(sizes)))
+        stored = list(takewhile(lambda block: shelf.has(_block_name(block[0])), enumerate(sizes)))
         return self.truth(name, max(spp, ACCUMULATORS * sum(size for _, size in stored)))
 
     def _exact(self, name: str) -> Image:
-        found = quantity(name)
-        render = found.integrator(self.features).exact
-        assert render is not None
         shelf = self.store.shelf(truth_parts(self.scene, name))
 
         def make() -> Image:
-            self.progress(f"{self.scene.name}: {name}", 0.0)
-            stage = self._stage
-            start = time.perf_counter()
-            pixels = require_finite(render(stage), f"reference of {self.scene.name}, {name}")
-            return Image(pixels, self._provenance(shelf, found, {"seconds": time.perf_counter() - start}))
+            rendered = self.studio.exact(name, shelf.key)
+            pixels = require_finite(rendered.pixels, f"reference of {self.scene.name}, {name}")
+            return Image(pixels, self._provenance(shelf, name, {"seconds": rendered.seconds}))
 
         return shelf.image("exact", make)
 
     def _sampled(self, found: Quantity, integrator: Integrator, spp_each: int) -> Truth:
-        render = integrator.block
-        assert render is not None
         shelf = self.store.shelf(truth_parts(self.scene, found.name))
         mask = self._mask(found.judged_where)
-        pixels = np.flatnonzero(mask)
+        rows = ACCUMULATORS * int(np.count_nonzero(mask))
         sizes = list(block_sizes(spp_each))
+        launches = [partial(self._launches, found.name, shelf.key, rows, *block) for block in enumerate(sizes)]
+        missing = (begin() for index, begin in enumerate(launches) if not shelf.has(_block_name(index)))
+        self.studio.ahead(chain.from_iterable(missing), mask)
         is_clamped = self.scene.truth.clamp is not None
-        total = np.zeros((ACCUMULATORS, len(pixels), found.channels * (2 if is_clamped else 1)))
+        total = np.zeros((ACCUMULATORS, rows // ACCUMULATORS, found.channels * (2 if is_clamped else 1)))
         seconds = 0.0
         for index, size in enumerate(sizes):
-            block = shelf.image(f"block-{index:03d}", partial(self._block, found, render, shelf, pixels, index, size))
+            block = shelf.image(_block_name(index), partial(self._block, shelf, found, launches[index], mask, size))
             total += size * block.pixels.astype(np.float64)
             seconds += block.provenance["seconds"]
         accumulators = np.zeros((ACCUMULATORS, *mask.shape, total.shape[-1]), dtype=np.float32)
@@ -260,19 +242,24 @@ class Reference:
         spp = sum(sizes) * ACCUMULATORS
         return Truth(found.name, shelf.key, kept, mask, spp, seconds, integrator, removed if is_clamped else None)
 
-    def _block(self, found: Quantity, render: BlockRender, shelf: Shelf, pixels: Any, index: int, spp: int) -> Image:
-        """A block as an image whose rows are accumulators and whose columns are the judged pixels."""
-        stage = self._stage
-        everywhere = np.tile(pixels, ACCUMULATORS)
-        parts = np.array_split(everywhere, -(-len(everywhere) * spp // PATHS_A_LAUNCH))
-        start = time.perf_counter()
-        rows: list[Float64] = []
-        for part, chosen in enumerate(parts):
-            self.progress(f"{self.scene.name}: {found.name}, {spp * ACCUMULATORS} more spp", part / len(parts))
-            rows.append(render(stage, chosen, seed_of(shelf.key, index, part), spp, self.scene.truth.clamp))
-        values = np.concatenate(rows).reshape(ACCUMULATORS, len(pixels), -1).astype(np.float32)
-        image = require_finite(values, f"reference of {self.scene.name}, {found.name}, block {index}")
-        return Image(image, self._provenance(shelf, found, {"seconds": time.perf_counter() - start, "spp": spp}))
+    def _launches(self, name: str, key: str, rows: int, index: int, spp: int) -> list[Launch]:
+        """What makes up a block of `spp` samples for each row: each judged pixel of each accumulator."""
+        what = f"{self.scene.name}: {name}, {spp * ACCUMULATORS} more spp"
+        parts = -(-rows * spp // PATHS_A_LAUNCH)
+        bounds = np.cumsum([0, *(rows // parts + (part < rows % parts) for part in range(parts))]).tolist()
+        return [
+            Launch(name, key, spp, seed_of(key, index, part), first, last, what, part / parts)
+            for part, (first, last) in enumerate(pairwise(bounds))
+        ]
 
-    def _provenance(self, shelf: Shelf, found: Quantity, more: dict[str, Any]) -> dict[str, Any]:
-        return {"key": shelf.key, "scene": self.scene.name, "quantity": found.name, **versions(), **more}
+    def _block(self, shelf: Shelf, found: Quantity, begin: Callable[[], list[Launch]], mask: Bool, spp: int) -> Image:
+        """A block as an image whose rows are accumulators and whose columns are the judged pixels."""
+        rendered = [self.studio.launch(launch, mask) for launch in begin()]
+        rows = np.concatenate([launch.pixels for launch in rendered])
+        values = rows.reshape(ACCUMULATORS, -1, rows.shape[-1])
+        image = require_finite(values, f"reference of {self.scene.name}, {found.name}, a block of {spp} spp")
+        seconds = sum(launch.seconds for launch in rendered)
+        return Image(image, self._provenance(shelf, found.name, {"seconds": seconds, "spp": spp}))
+
+    def _provenance(self, shelf: Shelf, name: str, more: dict[str, Any]) -> dict[str, Any]:
+        return {"key": shelf.key, "scene": self.scene.name, "quantity": name, **versions(), **more}

@@ -12,6 +12,9 @@ from scenes.errors import NoCompiler
 
 VARIANT = "llvm_ad_rgb"
 
+THREADS = "LIGHTGAUGE_THREADS"
+"""The environment variable that says how many threads Dr.Jit may use; one for each core if it is not set."""
+
 _WHAT_TO_DO = (
     "Dr.Jit needs LLVM 17 or newer: run `make setup`, which installs the one from the PyPI package karellen-llvm-core, "
     "or set DRJIT_LIBLLVM_PATH to a libLLVM shared library of that age."
@@ -67,9 +70,12 @@ def mitsuba(kernel_cache: Path | None = None) -> ModuleType:
         kernel_cache.mkdir(parents=True, exist_ok=True)
         os.environ.setdefault("DRJIT_CACHE_DIR", str(kernel_cache))
     try:
+        import drjit
         import mitsuba
 
         mitsuba.set_variant(VARIANT)
+        if THREADS in os.environ:
+            drjit.set_thread_count(int(os.environ[THREADS]))
     except (ImportError, NameError) as error:
         raise NoCompiler(
             f"Mitsuba does not start ({error}). {_WHAT_TO_DO} On Debian it also needs libatomic1."

@@ -66,8 +66,7 @@ class Store:
         InputError
             The store cannot be written to.
         """
-        key = digest_of(parts)
-        shelf = Shelf(self, key, self.root / key[:2] / key, parts)
+        shelf = Shelf(self, digest_of(parts), self.folder(parts), parts)
         try:
             _ = self.in_use_since
             shelf.make()
@@ -79,6 +78,11 @@ class Store:
         with suppress(OSError):  # it may be another user's, who alone can set its time
             os.utime(shelf.folder / "key.json")
         return shelf
+
+    def folder(self, parts: dict[str, Any]) -> Path:
+        """The folder of the shelf for these parts, whether or not it is there."""
+        key = digest_of(parts)
+        return self.root / key[:2] / key
 
     @cached_property
     def in_use_since(self) -> float:
@@ -110,12 +114,16 @@ class Shelf:
             with suppress(FileNotFoundError):  # removed by another process in between
                 write_text(description, json.dumps(self.parts, indent=1, sort_keys=True))
 
+    def has(self, name: str) -> bool:
+        """Whether there is an image of that name, whole or not."""
+        return self._path(name).exists()
+
     def image(self, name: str, render: Callable[[], Image]) -> Image:
         """The image of that name, read if it is there and whole, else rendered and kept.
 
         While another process renders into this shelf, this one waits for it and calls the store's `waiting`.
         """
-        path = self.folder / f"{name}.exr"
+        path = self._path(name)
         self.store.touched.add(path)
         while True:
             found, _ = whole_image(path)
@@ -148,6 +156,9 @@ class Shelf:
             except ImageError as error:
                 if not isinstance(error.__cause__, FileNotFoundError):  # then another process has removed the folder
                     raise
+
+    def _path(self, name: str) -> Path:
+        return self.folder / f"{name}.exr"
 
     @contextmanager
     def _lock(self) -> Iterator[bool]:

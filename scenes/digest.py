@@ -21,13 +21,17 @@ def digest_of(*parts: Any) -> str:
     return hashlib.sha256(canonical.encode()).hexdigest()
 
 
-def file_digest(path: Path) -> str:
-    """SHA-256, 64 hexadecimal digits, of a file's bytes."""
+def file_content(path: Path) -> bytes:
+    """All bytes of a file; raises SceneError if it cannot be read."""
     try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return path.read_bytes()
     except OSError as error:
         raise SceneError(f"{path}: cannot be read ({error.strerror}). Correct the path or restore the file.") from error
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256, 64 hexadecimal digits, of a file's bytes."""
+    return hashlib.sha256(file_content(path)).hexdigest()
 
 
 def code_digest(*paths: Path) -> str:
@@ -73,21 +77,21 @@ def _digest_of_code(source: bytes) -> str:
 def scene_parts(scene: Scene) -> dict[str, Any]:
     """Everything in a scene that can change an image, JSON-able; files count by their content, not by their path."""
     parts: dict[str, Any] = scene.model_dump(mode="json", include=IMAGE_PARTS)
-    content: dict[str, Any] = _with_files_by_content(parts, lambda path: file_digest(scene.folder / path))
+    content: dict[str, Any] = with_files_by_content(parts, lambda path: file_digest(scene.folder / path))
     return content
 
 
-def _with_files_by_content(value: Any, digest: Callable[[str], str]) -> Any:
+def with_files_by_content(value: Any, digest: Callable[[str], str]) -> Any:
     """The value with every `path` replaced by the digest of that file and its suffix, which says how to read it."""
     if isinstance(value, dict):
         return {
             key: f"{digest(item)}{Path(item).suffix.lower()}"
             if key == "path" and isinstance(item, str)
-            else _with_files_by_content(item, digest)
+            else with_files_by_content(item, digest)
             for key, item in value.items()
         }
     if isinstance(value, list):
-        return [_with_files_by_content(item, digest) for item in value]
+        return [with_files_by_content(item, digest) for item in value]
     return value
 
 

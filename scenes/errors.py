@@ -8,13 +8,14 @@ LightgaugeError
 └── MachineError          exit status 4: this machine lacks something, or a renderer failed
     ├── NoGraphics        no OpenGL context
     ├── NoCompiler        no usable LLVM for Dr.Jit
+    ├── NoCluster         no connection to what should render
     └── RenderError       a renderer produced nothing usable
         └── FlaggedPixels at some pixels, which it names
 """
 
 import difflib
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Self
 
 
 class LightgaugeError(Exception):
@@ -51,6 +52,10 @@ class NoCompiler(MachineError):
     pass
 
 
+class NoCluster(MachineError):
+    pass
+
+
 class RenderError(MachineError):
     pass
 
@@ -61,6 +66,9 @@ class FlaggedPixels(RenderError):
     def __init__(self, message: str, flagged: Any) -> None:
         super().__init__(message)
         self.flagged = flagged
+
+    def __reduce__(self) -> tuple[type[Self], tuple[str, Any]]:
+        return type(self), (str(self), self.flagged)
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:

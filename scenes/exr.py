@@ -102,14 +102,55 @@ def read_exr(path: Path) -> Image:
     return Image(pixels, note["provenance"])
 
 
+def read_channels(path: Path) -> dict[str, Float32]:
+    """Every channel of an EXR file by its name, (H, W) float32, row 0 at the top.
+
+    Of a file with several parts, a channel's name starts with that of its part and a dot.
+
+    Raises
+    ------
+    ImageError
+        The file is missing, or holds something other than plain images of one size.
+    CorruptImage
+        The file cannot be parsed, or is one of `write_exr` and does not match its checksum.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise ImageError(f"{path}: cannot be read ({error.strerror}). Give the path of an EXR file.") from error
+    parts = _parts(path, content, header_only=True)
+    for header, _ in parts.values():
+        _require_full_frame(path, header)
+    if any(ATTRIBUTE in header for header, _ in parts.values()):
+        pixels = read_exr(path).pixels
+        return {name: pixels[..., i] for i, name in enumerate(channel_names(pixels.shape[2]))}
+    found = {
+        name if len(parts) == 1 or name.startswith(f"{part}.") else f"{part}.{name}": plane
+        for part, (_, channels) in _parts(path, content, header_only=False).items()
+        for name, plane in channels.items()
+    }
+    if not found or any(plane is None for plane in found.values()):
+        raise CorruptImage(f"{path}: channels are missing or unreadable; the file is damaged. Save it again.")
+    pixels = _stacked(path, list(found.values()), ours=False)
+    return {name: np.ascontiguousarray(pixels[..., i]) for i, name in enumerate(found)}
+
+
 def _parsed(path: Path, content: bytes, *, header_only: bool) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The attributes and, unless `header_only`, the pixels of each channel (None where they cannot be decoded)."""
+    """The attributes and, unless `header_only`, the pixels of each channel of the first part."""
+    return next(iter(_parts(path, content, header_only=header_only).values()))
+
+
+def _parts(path: Path, content: bytes, *, header_only: bool) -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
+    """The same of each part by its name, or its number; a channel is None where it cannot be decoded."""
     import OpenEXR
 
     try:
         with contextlib.redirect_stdout(io.StringIO()):  # OpenEXR prints what the checks here find out anyway
             file = OpenEXR.File(io.BytesIO(content), separate_channels=True, header_only=header_only)
-        return file.header(), {name: channel.pixels for name, channel in file.channels().items()}
+        parts = [(part.header, {name: c.pixels for name, c in part.channels.items()}) for part in file.parts]
+        if not parts:
+            raise ValueError("it has no part")
+        return {str(header.get("name") or number): (header, planes) for number, (header, planes) in enumerate(parts)}
     except (RuntimeError, ValueError, TypeError, MemoryError) as error:
         raise CorruptImage(
             f"{path}: cannot be read as an EXR file ({error}). It is damaged or of another format; make it again."

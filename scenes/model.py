@@ -450,6 +450,13 @@ class Criterion(Bounds):
     metric: str
     by_renderer: tuple[RendererBounds, ...] = ()
 
+    @model_validator(mode="after")
+    def _names_each_renderer_once(self) -> Self:
+        names = [bounds.renderer.casefold() for bounds in self.by_renderer]
+        if len(set(names)) < len(names):
+            raise ValueError("by_renderer must not name a renderer twice")
+        return self
+
     def bounds_on(self, renderer: str) -> Bounds:
         """The bounds that hold where images are drawn by an OpenGL renderer of that name."""
         return next((bounds for bounds in self.by_renderer if bounds.apply_to(renderer)), self)

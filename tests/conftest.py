@@ -1,7 +1,7 @@
 """What the tests of several packages share: small scenes, and each renderer started once."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -76,6 +76,16 @@ def make_cavity(tmp_path: Path) -> Callable[..., dict[str, Any]]:
         return {"name": "cavity", "type": "mesh", "path": "cavity.obj", "material": material}
 
     return make
+
+
+@pytest.fixture
+def techniques_forgotten() -> Iterator[None]:
+    """What a test loads from files of a user is unknown to the next one."""
+    from realtime import own, techniques
+
+    yield
+    own._files.clear()
+    techniques.OWN.clear()
 
 
 @pytest.fixture(scope="session")

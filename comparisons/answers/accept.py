@@ -6,11 +6,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from comparisons.baseline import FILE_NAME, Accepted, accepted_of, measured_text, read_accepted, text_of
+from comparisons.expression import keep_of
 from comparisons.gate import Verdict
 from comparisons.parity import checks_of
 from comparisons.request import id_of
 from comparisons.result import SCHEMA, CheckResult
 from comparisons.results import read_run
+from comparisons.selection import names_of
 from reference.store import write_text
 from scenes.errors import InputError
 from scenes.load import find_scene, load_scene
@@ -29,13 +31,13 @@ def accept_lines(run: Path, reason: str, keep: str) -> Iterator[str]:
     ----------
     run : the folder of a finished run, or its results.json. Scenes are looked for as they were named for it.
     reason : why these errors are as they should be.
-    keep : only checks whose scene/technique contains this text.
+    keep : only checks that this expression keeps, as `comparisons.expression.keep_of` has it.
 
     Raises
     ------
     InputError
-        There is no such run, none of its checks can be accepted, the reason is too short, or a scene or a file of
-        accepted errors cannot be read. Nothing is written then.
+        There is no such run, none of its checks can be accepted, the expression is none, the reason is too short, or a
+        scene or a file of accepted errors cannot be read. Nothing is written then.
     """
     why = " ".join(reason.split())
     if len(why) < SHORTEST_REASON:
@@ -43,7 +45,8 @@ def accept_lines(run: Path, reason: str, keep: str) -> Iterator[str]:
             f"The reason '{why}' is too short. Give a sentence of at least {SHORTEST_REASON} characters that tells why "
             'these errors are accepted: --reason "...".'
         )
-    chosen = [(name, result) for name, result in _results(run) if keep in result.id]
+    kept = keep_of(keep)
+    chosen = [(name, result) for name, result in _results(run) if kept(names_of(result.id, result.quantity))]
     taken = [(name, result) for name, result in chosen if result.verdict in ACCEPTABLE]
     _require_some(taken, [result for _, result in chosen], run, keep)
     scenes = {name: load_scene(find_scene(name)) for name, _ in taken}
@@ -109,7 +112,7 @@ def _require_some(
         return
     verdicts = ", ".join(f"{result.id} is {result.verdict}" for result in chosen)
     if not verdicts:
-        raise InputError(f"No check in '{run}' contains '{keep}'. Give a part of a name that its results.json holds.")
+        raise InputError(f"No check in '{run}' matches '{keep}'. Give a part of a name that its results.json holds.")
     raise InputError(
         f"Nothing in '{run}' can be accepted: {verdicts}. Only an error within its budget can be; mend the technique, "
         "or change the budget and run the checks again."

@@ -18,8 +18,9 @@ from comparisons.suite import require_parity
 from realtime.render import Renderer
 from realtime.technique import Technique
 from realtime.techniques import technique
-from reference.estimator import Progress, Reference
+from reference.estimator import Reference
 from reference.store import Store
+from reference.studio import Progress
 from scenes.errors import ImageError, InputError, SceneError
 from scenes.load import find_scene, load_scene
 from scenes.model import Scene, SettingValue

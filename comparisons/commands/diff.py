@@ -3,7 +3,7 @@
 import argparse
 import warnings
 
-from comparisons.options import Commands, Say, add_store, say_all
+from comparisons.options import Commands, Say, add_store, add_techniques, say_all
 
 
 def register(commands: Commands) -> None:
@@ -22,15 +22,18 @@ def register(commands: Commands) -> None:
         "--scene", metavar="SCENE", help="a name or a path to a TOML file; needed unless A and B are runs"
     )
     diff.add_argument("--metric", metavar="METRIC", default="nrmse", help="nrmse (default) or rel_mse_eps1e-2")
+    add_techniques(diff)
     add_store(diff)
 
 
 def compare_two(options: argparse.Namespace, say: Say) -> int:
     from comparisons.answers.diff import diff_lines
     from comparisons.doctor import require_writable
+    from comparisons.own import load_techniques
     from comparisons.progress import steps
     from reference.store import Store
 
+    load_techniques(options.techniques)
     require_writable(options.store, "store", "--store")
     warnings.filterwarnings("ignore", module="colour")
     store = Store(options.store)

@@ -7,7 +7,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from comparisons.interrupt import Interrupt
-from comparisons.options import Commands, Say, add_selection, add_store, say_all
+from comparisons.options import Commands, Say, add_own, add_selection, add_store, say_all
+from comparisons.outputs import add_outputs, prepare_outputs, write_outputs
 
 
 def register(commands: Commands) -> None:
@@ -18,11 +19,20 @@ def register(commands: Commands) -> None:
         "lightgauge run small-room-ellipsoid -k indirect -o report",
     )
     add_selection(run)
+    add_own(run)
     run.add_argument("-o", dest="folder", metavar="FOLDER", type=Path, default=Path("report"), help="default: report")
     add_store(run)
     run.add_argument(
         "--store-limit", metavar="SIZE", default="4G", help="remove truth unused for longest beyond that; default: 4G"
     )
+    run.add_argument("--jobs", metavar="N", type=int, default=1, help="run N scenes at a time; default: 1")
+    run.add_argument(
+        "--shard", metavar="I/N", help="only part I of N of the scenes: for N machines, and `lightgauge merge` after it"
+    )
+    run.add_argument(
+        "--dask", metavar="ADDRESS", default="", help="render on the cluster of that Dask scheduler; docs/clusters.md"
+    )
+    add_outputs(run)
 
 
 def run_checks(options: argparse.Namespace, say: Say) -> int:
@@ -32,31 +42,46 @@ def run_checks(options: argparse.Namespace, say: Say) -> int:
 
 def _run(options: argparse.Namespace, say: Say, interrupt: Interrupt) -> int:
     from comparisons.answers.store import evicted_note, parse_size
+    from comparisons.batch import opening_lines, run_selection
     from comparisons.doctor import require_writable
-    from comparisons.progress import Display
+    from comparisons.jobs import require_jobs
+    from comparisons.overrides import idle_lines, idle_overrides
+    from comparisons.own import load_techniques
     from comparisons.results import prepare_folder, results_json, with_pictures, write_run
-    from comparisons.selection import select
-    from comparisons.suite import Progress, exit_status, run
-    from comparisons.summary import closing_lines, line_of
-    from comparisons.validate import validate
+    from comparisons.selection import choose
+    from comparisons.setup import Setup, sides
+    from comparisons.shards import parse_shard
+    from comparisons.suite import exit_status
+    from comparisons.summary import closing_lines
+    from realtime.own import own_files
     from reference.store import Store
     from reference.upkeep import evict
 
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.perf_counter()
-    requests = select(options.scenes, options.keep)
-    validate(requests)
+    own = load_techniques(options.techniques, options.budgets)
+    require_jobs(options.jobs)
+    shard = parse_shard(options.shard) if options.shard else None
+    chosen = choose(options.scenes, options.keep, shard, own)
+    say_all(say, opening_lines(chosen))
+    if not options.keep and shard is None:  # what one shard does not judge, another one may
+        say_all(say, own.notes(options.scenes, chosen.scenes, [request.scene for request in chosen.requests]))
+    setup = Setup(own_files(), options.dask)
+    sides(setup)
     prepare_folder(options.folder)
+    prepare_outputs(options)
     require_writable(options.store, "store", "--store")
     limit = parse_size(options.store_limit)
     store = Store(options.store)
     warnings.filterwarnings("ignore", module="colour")
-    with Display(sum(len(r.checks) for r in requests), line_of, say) as display:
-        bar = display.progress
-        progress = Progress(interrupt.after(bar.step), interrupt.after(bar.finished))
-        store.waiting = progress.step
-        results = run(requests, store, progress)
+    jobs = min(options.jobs, max(1, len(chosen.requests)))
+    results = run_selection(chosen, store, setup, jobs, interrupt, say)
     shown = [with_pictures(options.folder, store, result) for result in results]
     store.notes.extend(evicted_note(evict(store, limit), limit))
-    page = write_run(options.folder, results_json(shown, started, time.perf_counter() - clock, store.notes))
-    say_all(say, closing_lines(results, store.notes, page, time.perf_counter() - clock))
-    return exit_status(results)
+    content = results_json(shown, started, time.perf_counter() - clock, store.notes)
+    idle = idle_overrides(chosen.every_check, {r.gl_renderer for r in results if r.gl_renderer})
+    content |= chosen.to_json() | {"jobs": jobs, "idle_overrides": idle}
+    page = write_run(options.folder, content, options.history)
+    seconds = time.perf_counter() - clock
+    notes = [*store.notes, *idle_lines(idle)]
+    say_all(say, closing_lines(results, notes, page, seconds, chosen.broken, 1 if options.dask else jobs))
+    return write_outputs(options, options.folder, content, exit_status(results, bool(chosen.broken)), say)

@@ -3,7 +3,7 @@
 import argparse
 import warnings
 
-from comparisons.options import Commands, Say, add_selection, add_store, say_all
+from comparisons.options import Commands, Say, add_own, add_selection, add_store, say_all
 
 
 def register(commands: Commands) -> None:
@@ -14,18 +14,20 @@ def register(commands: Commands) -> None:
         "lightgauge selftest small-room-knot",
     )
     add_selection(selftest)
+    add_own(selftest)
     add_store(selftest)
 
 
 def plant_faults(options: argparse.Namespace, say: Say) -> int:
     from comparisons.answers.selftest import selftest_lines
     from comparisons.doctor import require_writable
+    from comparisons.own import load_techniques
     from comparisons.progress import steps
     from comparisons.selection import select
     from comparisons.validate import validate
     from reference.store import Store
 
-    requests = select(options.scenes, options.keep)
+    requests = select(options.scenes, options.keep, load_techniques(options.techniques, options.budgets))
     validate(requests)
     require_writable(options.store, "store", "--store")
     warnings.filterwarnings("ignore", module="colour")

@@ -1,5 +1,7 @@
 """FLIP: the difference a viewer sees when flipping between two images."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,6 +33,17 @@ def flip(image_test: Float64, samples: Samples) -> Estimate:
         image_test,
         samples,
     )
+
+
+def flip_image(image_test: NDArray[Any], samples: Samples) -> NDArray[np.float32]:
+    """(H, W) FLIP error of each pixel; its mean over the judged pixels is the `high` of `flip`, noise included.
+
+    Parameters and conditions are those of `flip`.
+    """
+    require_rgb(samples, "flip")
+    exposure = exposure_for(samples.mean, samples.mask)
+    test = np.where(samples.mask[..., None], image_test, 0.0)
+    return flip_map(to_display(samples.mean, exposure), to_display(test, exposure))
 
 
 def flip_map(display_true: Float64, display_test: Float64) -> NDArray[np.float32]:

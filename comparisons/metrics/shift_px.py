@@ -59,7 +59,7 @@ def shift_px(image_test: Float64, samples: Samples) -> Estimate:
     correlation = -1.0
     if np.hypot(*shift) < diagonal / 4:
         used = interior & _in_frame(samples.mask.shape, shift)
-        correlation = _correlation(gradients[:, used], _gradients(_moved(image_test, shift))[:, used])
+        correlation = _correlation(gradients[:, used], _gradients(moved(image_test, shift))[:, used])
     if correlation < MIN_CORRELATION:
         return Estimate.exact(
             diagonal, note="no shift aligns the images: one is mirrored, flipped, blank or of something else"
@@ -75,7 +75,7 @@ def _align(image_test: Float64, truth: Float64, gradients: Float64, interior: Bo
         if np.count_nonzero(used) < MIN_PIXELS:
             break
         slopes = gradients[:, used].reshape(2, -1)
-        residual = (_moved(image_test, shift) - truth)[used].ravel()
+        residual = (moved(image_test, shift) - truth)[used].ravel()
         step = np.linalg.lstsq(slopes @ slopes.T, slopes @ residual, rcond=None)[0]
         shift = shift - step
         if np.hypot(*step) < CONVERGED_PIXELS or np.hypot(*shift) > np.hypot(*interior.shape):
@@ -83,7 +83,7 @@ def _align(image_test: Float64, truth: Float64, gradients: Float64, interior: Bo
     return shift
 
 
-def _moved(image: Float64, shift: Float64) -> Float64:
+def moved(image: Float64, shift: Float64) -> Float64:
     """image(p + shift), by cubic Lagrange interpolation through four pixels along rows, then columns."""
     for axis in (0, 1):
         whole = int(np.floor(shift[axis]))

@@ -1,4 +1,4 @@
-"""The offline report: pictures as PNG files, and one HTML page that shows them beside every number of a run."""
+"""The offline report: pictures as PNG files, an overview, and a page for each check with every number of it."""
 
 from comparisons.report.page import write_report
 from comparisons.report.pictures import write_pictures

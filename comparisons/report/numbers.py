@@ -57,6 +57,15 @@ def format_metric(metric: str, value: float | None, quantity_unit: str = "", *, 
     return f"{format_number(value * _scale(metric), trim=trim)}{NARROW_SPACE if unit else ''}{unit}"
 
 
+def format_range(metric: str, least: float, most: float, quantity_unit: str = "") -> str:
+    """Two values of a metric with their unit, or one if they read the same: `28.1 to 55.5 %`."""
+    first, last = (format_metric(metric, value, quantity_unit) for value in (least, most))
+    if first == last:
+        return last
+    unit = _unit(metric, quantity_unit)
+    return f"{first.removesuffix(NARROW_SPACE + unit) if unit else first} to {last}"
+
+
 def format_percent(share: float | None, *, trim: bool = False) -> str:
     """A share as percent: `62.3 %`."""
     return MISSING if share is None else f"{format_number(100 * share, trim=trim)}{NARROW_SPACE}%"
@@ -81,7 +90,7 @@ def format_bound(metric: str, low: float | None, high: float | None, quantity_un
     return MISSING if low is None else f"≥ {least}"
 
 
-def format_seconds(seconds: float | None) -> str:
+def format_seconds(seconds: float | None, *, trim: bool = False) -> str:
     """A duration in the unit that reads best: `840 µs`, `1.84 ms`, `12.4 s`, `3 min 12 s`."""
     if seconds is None:
         return MISSING
@@ -91,7 +100,12 @@ def format_seconds(seconds: float | None) -> str:
     for factor, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "µs")):
         if seconds * factor >= 1 or unit == "µs":
             break
-    return f"{format_number(seconds * factor)}{NARROW_SPACE}{unit}"
+    return f"{format_number(seconds * factor, trim=trim)}{NARROW_SPACE}{unit}"
+
+
+def format_change(factor: float) -> str:
+    """A factor: `× 1.02`, `× 0.873`, `× 12.5`."""
+    return f"×{UNBROKEN}{format_number(factor)}"
 
 
 def format_count(count: int | None) -> str:

@@ -1,5 +1,6 @@
 """The pictures of a check: both images made visible, and where they differ."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,16 @@ Bytes = NDArray[np.uint8]
 
 # Cynthia Brewer, ColorBrewer 2.0, "RdBu", 5 classes, reversed: safe for colour-blind readers.
 DIVERGING = ("#0571b0", "#92c5de", "#f7f7f7", "#f4a582", "#ca0020")
+# Every 15th colour of Matplotlib's magma and viridis: van der Walt and Smith, 2015, "A better default colormap for
+# Matplotlib". Both are perceptually uniform; straight lines between these colours stay within 5/255 of the tables.
+MAGMA = (
+    *("#000004", "#090720", "#1a1042", "#311165", "#4a1079", "#621980", "#792282", "#912b81", "#aa337d"),
+    *("#c23b75", "#d9466b", "#ec5860", "#f7725c", "#fc8e64", "#feaa74", "#fec68a", "#fde2a3", "#fcfdbf"),
+)
+VIRIDIS = (
+    *("#440154", "#481769", "#472a7a", "#433d84", "#3d4e8a", "#355e8d", "#2e6d8e", "#297b8e", "#23898e"),
+    *("#1f978b", "#21a585", "#2eb37c", "#46c06f", "#65cb5e", "#89d548", "#b0dd2f", "#d8e219", "#fde725"),
+)
 NOT_JUDGED = "#3a3a3a"
 WITHIN_NOISE = "#bdbdbd"
 NOT_A_NUMBER = "#ff00ff"
@@ -31,10 +42,12 @@ def write_pictures(
     display: Display = "radiance",
     smoothing: float = 0.0,
     significance: Significance | None = None,
+    flip: Float32 | None = None,
 ) -> dict[str, str]:
     """Write `images/STEM-realtime.png`, `-truth.png` and `-error.png` under `folder`, one picture pixel an image pixel.
 
-    If it is known where the image is wrong beyond noise, write `-significance.png` as well.
+    If it is known where the image is wrong beyond noise, write `-significance.png` as well; `-flip.png` if the FLIP
+    error is.
 
     Parameters
     ----------
@@ -56,11 +69,13 @@ def write_pictures(
         Standard deviation in pixels of the Gaussian that averages the error map, for a truth whose pixels are noisy.
     significance : Significance or None
         Where `test` is wrong beyond the truth's noise, (H, W).
+    flip : (H, W) float32 or None
+        The FLIP error of each pixel, 0 to 1.
 
     Returns
     -------
     dict of str
-        `realtime`, `truth`, `error`, and `significance` if that is given: paths relative to `folder`.
+        `realtime`, `truth`, `error`, and `significance` and `flip` if those are given: paths relative to `folder`.
 
     Raises
     ------
@@ -75,6 +90,8 @@ def write_pictures(
     }
     if significance is not None:
         pictures["significance"] = significance_map(significance, mask, error_scale)
+    if flip is not None:
+        pictures["flip"] = flip_picture(flip, mask)
     (folder / "images").mkdir(parents=True, exist_ok=True)
     paths = {name: f"images/{stem}-{name}.png" for name in pictures}
     for name, pixels in pictures.items():
@@ -136,11 +153,26 @@ def significance_map(significance: Significance, mask: Bool, error_scale: float)
     return _quantised(coloured)
 
 
+def flip_picture(flip: Float32, mask: Bool) -> Bytes:
+    """Colour FLIP errors (H, W) by magma from 0, black, to 1, light yellow; (H, W, 3) bytes.
+
+    This is the scale of FLIP itself, the same for all checks. Unjudged pixels are dark grey.
+    """
+    coloured = _coloured(flip.astype(np.float64), 0.0, 1.0, MAGMA)
+    coloured[~mask] = _rgb(NOT_JUDGED)
+    return _quantised(coloured)
+
+
 def _diverging(error: Float64, scale: float) -> Float64:
     """(H, W, 3) colours in [0, 255] of errors (H, W), the outermost from +-`scale` on."""
-    stops = np.array([_rgb(colour) for colour in DIVERGING], dtype=np.float64)
-    positions = np.linspace(-scale, scale, len(stops))
-    return np.stack([np.interp(error, positions, stops[:, channel]) for channel in range(3)], axis=2)
+    return _coloured(error, -scale, scale, DIVERGING)
+
+
+def _coloured(values: Float64, low: float, high: float, colours: Sequence[str]) -> Float64:
+    """(H, W, 3) in [0, 255]: values (H, W) by colours at equal distances from `low` to `high`, clipped outside."""
+    stops = np.array([_rgb(colour) for colour in colours], dtype=np.float64)
+    positions = np.linspace(low, high, len(stops))
+    return np.stack([np.interp(values, positions, stops[:, channel]) for channel in range(3)], axis=2)
 
 
 def _smoothed(error: Float64, mask: Bool, sigma: float) -> Float64:

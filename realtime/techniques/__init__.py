@@ -1,10 +1,13 @@
-"""The registry of techniques: one module each, named here and imported when asked for."""
+"""The registry of techniques: one module each, named here and imported when asked for.
+
+Those of a user are added by `realtime.own.load_own`.
+"""
 
 import importlib
 from pathlib import Path
 
 from realtime.technique import Technique
-from scenes.errors import unknown_name
+from scenes.errors import InputError, unknown_name
 
 MODULES = {
     "raster.depth": "realtime.techniques.raster",
@@ -38,11 +41,17 @@ MODULES = {
     "lighting.talk": "realtime.techniques.lighting_talk",
 }
 
+OWN: dict[str, Technique] = {}
+"""Techniques of a user, by name: filled by `realtime.own`."""
+
 
 def technique(name: str) -> Technique:
     """Raises InputError for an unknown name."""
+    if name in OWN:
+        return OWN[name]
     if name not in MODULES:
-        raise unknown_name("technique", name, MODULES)
+        unknown = unknown_name("technique", name, (*MODULES, *OWN))
+        raise InputError(f"{unknown} If it is your own, name its file with --technique.")
     found: Technique = importlib.import_module(MODULES[name]).TECHNIQUES[name]
     return found
 

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from comparisons.cli import main
+from comparisons.gate import CriterionResult, Verdict
+from comparisons.result import SCHEMA, CheckResult
 
 if TYPE_CHECKING:
     import moderngl
@@ -85,6 +87,72 @@ def write_tiny(folder: Path, *changes: tuple[str, str], name: str = "tiny") -> P
 
 
 @pytest.fixture(scope="session")
+def make_judged() -> Callable[..., dict[str, Any]]:
+    """Makes a check of results.json with one criterion: make_judged(value=0.1, low=0.08, high=0.12, max=0.2)."""
+
+    def make(
+        value: float = 0.1,
+        low: float | None = None,
+        high: float | None = None,
+        verdict: str = "PASS",
+        *,
+        metric: str = "nrmse",
+        min: float | None = None,
+        max: float | None = 0.2,
+        place: str = "",
+        reason: str = "more is seen",
+        **others: Any,
+    ) -> dict[str, Any]:
+        criterion = CriterionResult(
+            metric=metric,
+            value=value,
+            low=value if low is None else low,
+            high=value if high is None else high,
+            min=min,
+            max=max,
+            verdict=Verdict(verdict),
+            reason=reason,
+            note="",
+            place=place,
+        )
+        known: dict[str, Any] = {
+            "scene": "room",
+            "scene_title": "A room",
+            "quantity": "indirect_radiance",
+            "technique": "indirect.probe",
+            "settings": {},
+            "fit_exposure": False,
+            "message": "",
+            "unit": "W/(m² sr)",
+            "display": "radiance",
+            "card": {},
+            "rerun": "lightgauge run room.toml -k indirect.probe",
+            "criteria": () if verdict == "ERROR" else (criterion,),
+            "spp": 64,
+            "seconds": {"realtime": 0.02, "reference": 3.0},
+            "gl_renderer": "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5",
+        }
+        return CheckResult(verdict=Verdict(verdict), **(known | others)).to_json()
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def make_run() -> Callable[..., dict[str, Any]]:
+    """Makes the content of results.json: make_run(check, ..., started="2026-01-31T12:00:00+00:00", commit="abc")."""
+
+    def make(
+        *checks: dict[str, Any], started: str = "2026-01-31T12:00:00+00:00", commit: str | None = "abc", **others: Any
+    ) -> dict[str, Any]:
+        environment = {"lightgauge": "0.1.0", "platform": "Linux", "commit": commit}
+        counts = {str(v): sum(check["verdict"] == str(v) for check in checks) for v in Verdict}
+        known = {"schema": SCHEMA, "environment": environment, "started": started, "seconds": 4.0, "counts": counts}
+        return known | {"store_note": None, "checks": list(checks)} | others
+
+    return make
+
+
+@pytest.fixture(scope="session")
 def finished(tmp_path_factory: pytest.TempPathFactory, gl: "moderngl.Context", mi: ModuleType) -> Path:
     """A folder in which `lightgauge run tiny.toml` has been run. Only to be read."""
     folder = tmp_path_factory.mktemp("finished")
@@ -92,6 +160,19 @@ def finished(tmp_path_factory: pytest.TempPathFactory, gl: "moderngl.Context", m
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         assert main(["run", "tiny.toml"]) == 0
+    return folder
+
+
+@pytest.fixture(scope="session")
+def trio(tmp_path_factory: pytest.TempPathFactory, gl: "moderngl.Context", mi: ModuleType) -> Path:
+    """A folder in which `lightgauge run scenes` has been run on three scenes that share no truth. Only to be read."""
+    folder = tmp_path_factory.mktemp("trio")
+    (folder / "scenes").mkdir()
+    for name, radius in (("large", 0.32), ("middle", 0.3), ("small", 0.28)):
+        write_tiny(folder / "scenes", ("radius = 0.3", f"radius = {radius}"), name=name)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert main(["run", "scenes"]) == 0
     return folder
 
 

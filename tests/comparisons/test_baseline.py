@@ -312,3 +312,17 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
     (tmp_path / FILE_NAME).mkdir()
     with pytest.raises(InputError, match="cannot be read"):
         read_accepted(tmp_path)
+
+
+def test_an_error_is_not_held_against_that_of_another_renderer() -> None:
+    before = accepted((0.2, 0.19, 0.21)).model_copy(update={"renderer": "llvmpipe"})
+    risen = check(criterion((0.3, 0.29, 0.31)))
+    nvidia = replace(risen, gl_renderer="NVIDIA H200/PCIe/SSE2, OpenGL 4.3")
+    assert apply(nvidia, before).verdict is Verdict.PASS
+    assert (apply(nvidia, before).accepted or {})["renderer"] == "llvmpipe"
+    assert apply(replace(risen, gl_renderer="llvmpipe (LLVM 19)"), before).verdict is Verdict.REGRESSED
+
+
+def test_what_is_accepted_names_its_renderer() -> None:
+    result = replace(check(criterion(point(0.1))), gl_renderer="llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5")
+    assert accepted_of(result, WHY, TODAY).renderer == "llvmpipe"

@@ -32,7 +32,7 @@ def is_one_paragraph(text: str) -> bool:
         (["run", "gone/scene.toml"], ["gone/scene.toml", "No such file", "a name from the library"]),
         (["run", "folder.toml"], ["folder.toml", "Is a directory"]),
         (["run", ""], ["unknown scene"]),
-        (["run", "tiny.toml", "-k", "nothing"], ["No check of tiny.toml contains 'nothing'", "lightgauge list"]),
+        (["run", "tiny.toml", "-k", "nothing"], ["No check of tiny.toml matches 'nothing'", "lightgauge list"]),
         (["run", "tiny.toml", "-o", "tiny.toml/report"], ["output folder 'tiny.toml/report'", "-o FOLDER"]),
         (["run", "tiny.toml", "-o", "tiny.toml"], ["output folder 'tiny.toml'", "-o FOLDER"]),
         (["run", "tiny.toml", "--store", "tiny.toml/store"], ["store 'tiny.toml/store'", "--store FOLDER"]),

@@ -119,5 +119,5 @@ def test_nothing_is_rendered_to_explain(make_scene: Make, monkeypatch: pytest.Mo
         raise AssertionError("a renderer was started")
 
     monkeypatch.setattr("realtime.render.make_context", refuse)
-    monkeypatch.setattr("reference.estimator.mitsuba", refuse)
+    monkeypatch.setattr("reference.studio.mitsuba", refuse)
     assert list(explanation(make_scene(checks=CHECKS)))

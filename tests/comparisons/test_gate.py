@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from comparisons.gate import CriterionResult, Verdict, fit_exposure, judge, spp_needed, worst
 from comparisons.metrics import Estimate, Samples, evaluate
 from scenes.errors import ImageError
-from scenes.model import Criterion
+from scenes.model import Criterion, RendererBounds
 
 NUMBERS = st.floats(-10, 10)
 BOUNDS = st.none() | NUMBERS
@@ -161,3 +161,33 @@ def test_the_predicted_samples_do_decide() -> None:
     assert len(needed) > 20
     assert verdicts.count(Verdict.FAIL) > 0.6 * len(verdicts)
     assert Verdict.PASS not in verdicts
+
+
+LLVMPIPE, H200 = "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5", "NVIDIA H200/PCIe/SSE2, OpenGL 4.3"
+
+
+def test_bounds_for_a_renderer_replace_those_for_all() -> None:
+    nvidia = RendererBounds(renderer="nvidia", max=0.2, reason="two samples instead of four")
+    general = Criterion(metric="nrmse", max=0.1, reason="a bound for a test", by_renderer=(nvidia,))
+    measured = Estimate(0.15, 0.14, 0.16)
+    here, there = judge(general, measured, LLVMPIPE), judge(general, measured, H200)
+    assert (here.verdict, here.max, here.reason, here.renderer) == (Verdict.FAIL, 0.1, "a bound for a test", "")
+    assert (there.verdict, there.max, there.reason) == (Verdict.PASS, 0.2, "two samples instead of four")
+    assert there.renderer == "nvidia"
+
+
+def test_the_first_of_several_renderers_that_apply_counts() -> None:
+    h200, nvidia = (
+        RendererBounds(renderer=name, max=most, reason="measured there")
+        for name, most in (("H200", 0.3), ("NVIDIA", 0.2))
+    )
+    general = Criterion(metric="nrmse", max=0.1, reason="a bound for a test", by_renderer=(h200, nvidia))
+    assert general.bounds_on(H200) is h200
+    assert general.bounds_on("NVIDIA GeForce RTX 4090") is nvidia
+    assert general.bounds_on(LLVMPIPE) is general
+
+
+def test_a_renderer_is_named_once() -> None:
+    bounds = [RendererBounds(renderer=name, max=0.2, reason="measured there") for name in ("NVIDIA", "nvidia")]
+    with pytest.raises(ValueError, match="twice"):
+        Criterion(metric="nrmse", max=0.1, reason="a bound for a test", by_renderer=tuple(bounds))

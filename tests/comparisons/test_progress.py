@@ -5,10 +5,12 @@ from collections.abc import Callable
 
 import pytest
 
+from comparisons.countdown import Countdown
 from comparisons.gate import Verdict
 from comparisons.parity import PARITY
-from comparisons.progress import PLAIN_EVERY_SECONDS, Display
+from comparisons.progress import PLAIN_EVERY_SECONDS, TIME_LEFT_EVERY_SECONDS, Display
 from comparisons.result import CheckResult, empty_result
+from comparisons.times import Work
 from realtime.techniques import technique
 from reference.quantities import quantity
 from scenes.load import find_scene, load_scene
@@ -59,6 +61,55 @@ def test_work_without_checks_counts_none(clock: Callable[[float], None]) -> None
         clock(PLAIN_EVERY_SECONDS)
         display.progress.step("planting faults", 0.5)
     assert lines == ["planting faults, 50%"]
+
+
+@pytest.fixture
+def countdown(result: CheckResult) -> Countdown:
+    """Of two checks, of which the first is `result`, that took ten minutes each."""
+    known = {name: {Work.JUDGE.value: 600.0} for name in (result.id, "other/talk")}
+    return Countdown(dict.fromkeys(known, Work.JUDGE), known)
+
+
+def test_long_steps_say_the_time_left(
+    result: CheckResult, countdown: Countdown, clock: Callable[[float], None]
+) -> None:
+    lines: list[str] = []
+    with Display(2, lambda r: "done", lines.append, countdown) as display:
+        clock(PLAIN_EVERY_SECONDS)
+        display.progress.step("tracing", 0.5)
+        display.progress.took(result.id, 600.0)
+        display.progress.finished(result)
+        clock(2 * PLAIN_EVERY_SECONDS)
+        display.progress.step("drawing", 0.0)
+    assert lines == [
+        "[0/2] tracing, 50%, about 20 min left",
+        "[1/2] done",
+        "[1/2] drawing, 0%, about 10 min left",
+    ]
+
+
+def test_between_quick_checks_the_time_left_is_said_from_time_to_time(
+    result: CheckResult, countdown: Countdown, clock: Callable[[float], None]
+) -> None:
+    lines: list[str] = []
+    with Display(2, lambda r: "done", lines.append, countdown) as display:
+        clock(TIME_LEFT_EVERY_SECONDS)
+        display.progress.finished(result)
+        clock(TIME_LEFT_EVERY_SECONDS + 1)
+        display.progress.finished(result)
+    assert lines == ["[1/2] done", "[1/2] about 10 min left", "[2/2] done"]
+
+
+def test_on_a_terminal_the_time_left_stands_beside_the_bar(
+    result: CheckResult, countdown: Countdown, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "100")
+    with Display(2, lambda r: "done", print, countdown) as display:
+        display.progress.step("tracing", 0.5)
+    assert "about 20 min left" in terminal.getvalue()
 
 
 def test_on_a_terminal_finished_lines_stay_above_the_bar(result: CheckResult, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -109,8 +109,8 @@ def test_the_results_of_a_run_have_the_keys_that_readers_rely_on(after_a_run: Pa
         assert all(set(criterion) == CRITERION_KEYS for criterion in check["criteria"])
         assert set(check["seconds"]) == {"realtime", "reference"}
         assert all((after_a_run / "report" / path).is_file() for path in check["images"].values())
-        linear = {"linear"} if check["quantity"] == "indirect_radiance" else set()
-        assert set(check["images"]) == {"realtime", "truth", "error"} | linear
+        more = {"linear", "flip"} if check["quantity"] == "indirect_radiance" else set()
+        assert set(check["images"]) == {"realtime", "truth", "error", "pixels"} | more
         assert json.loads(json.dumps(CheckResult.from_json(check).to_json())) == check
 
 
@@ -164,8 +164,8 @@ def test_the_name_of_a_check_tells_what_sets_it_apart(settings: dict[str, Any], 
 
 
 def test_the_command_to_repeat_a_check_can_be_pasted_into_a_shell() -> None:
-    assert rerun_command("knot", "raster.depth") == "lightgauge run knot -k raster.depth"
-    assert rerun_command("my scene.toml", "t") == "lightgauge run 'my scene.toml' -k t"
+    assert rerun_command("knot", "raster.depth") == "lightgauge run knot -k 'raster.depth$'"
+    assert rerun_command("my scene.toml", "t") == "lightgauge run 'my scene.toml' -k 't$'"
 
 
 JUDGED = CriterionResult("nrmse", 0.1, 0.09, 0.11, None, 0.08, Verdict.FAIL, "a reason", "a note")
@@ -207,4 +207,4 @@ def test_the_last_lines_say_what_is_not_fine_and_why() -> None:
 
 def test_results_hold_every_field(after_a_run: Path) -> None:
     _, results = read_run(after_a_run / "report" / "results.json")
-    assert set(asdict(CheckResult.from_json(results["checks"][0]))) == CHECK_KEYS - {"id"}
+    assert set(asdict(CheckResult.from_json(results["checks"][0]))) == CHECK_KEYS - {"id", "effect"}

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from comparisons import sequential
+from comparisons import sequential, suite
 from comparisons.gate import CriterionResult, Verdict
 from comparisons.metrics import Estimate, Samples
 from comparisons.parity import PARITY
-from comparisons.request import request_of
+from comparisons.request import Request, request_of
 from comparisons.result import CheckResult, empty_result
 from comparisons.runner import error_scale
-from comparisons.suite import exit_status
+from comparisons.suite import SceneRun, exit_status
 from realtime.camera import Camera, sensor_camera
 from realtime.frame import Frame
 from realtime.graph import Pass
@@ -26,6 +26,7 @@ from realtime.technique import Technique
 from realtime.techniques import MODULES, technique
 from reference.quantities import quantity
 from reference.store import Store
+from scenes.errors import InputError
 from scenes.image import Float32
 from scenes.load import find_scene, load_scene
 from scenes.model import Perspective
@@ -228,6 +229,51 @@ def test_an_exception_of_a_technique_is_an_error_that_says_where_it_was_raised(
     assert "a setting of the check is out of range" in message
 
 
+@pytest.mark.parametrize(
+    ("error", "status", "said"),
+    [
+        (ArithmeticError("no such angle"), 4, "ArithmeticError at test_suite.py:"),
+        (InputError("accepted.json is gone."), 3, "accepted.json is gone."),
+    ],
+)
+def test_an_error_outside_any_check_is_that_of_all_checks_of_its_scene_alone(
+    with_truth: Path,
+    lightgauge: Run,
+    write_scene: Write,
+    monkeypatch: pytest.MonkeyPatch,
+    error: Exception,
+    status: int,
+    said: str,
+) -> None:
+    def faulty(request: Request, *others: object) -> SceneRun:
+        if request.scene.name == "other":
+            raise error
+        return SceneRun(request, *others)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(suite, "SceneRun", faulty)
+    write_scene(name="other")
+    assert lightgauge("run", "other.toml", "tiny.toml").status == status
+    checks = results_of(with_truth)
+    for name, check in checks.items():
+        assert check["verdict"] == ("ERROR" if name.startswith("other/") else "PASS")
+    assert len(checks) == 10
+    assert checks["other/raster.normal"]["message"].startswith(said)
+
+
+def test_what_was_finished_before_such_an_error_counts(
+    with_truth: Path, lightgauge: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(result: CheckResult, accepted: object) -> CheckResult:
+        if result.technique == "raster.coverage":
+            raise ArithmeticError("no such angle")
+        return result
+
+    monkeypatch.setattr(suite, "apply", fail)
+    assert lightgauge("run", "tiny.toml").status == 4
+    verdicts = [check["verdict"] for check in results_of(with_truth).values()]
+    assert verdicts == ["PASS", "PASS", "ERROR", "ERROR", "ERROR"]
+
+
 @pytest.fixture
 def mirrored(monkeypatch: pytest.MonkeyPatch) -> None:
     """The real-time camera looks into a mirror wherever its field of view is 31 degrees."""
@@ -329,6 +375,21 @@ def result_with(verdict: Verdict, status: int = 0) -> CheckResult:
 )
 def test_the_exit_status_is_that_of_the_worst_verdict(results: list[tuple[Verdict, int]], status: int) -> None:
     assert exit_status(result_with(*result) for result in results) == status
+
+
+@pytest.mark.parametrize(
+    ("results", "status"),
+    [
+        ([(Verdict.PASS, 0)], 3),
+        ([(Verdict.FAIL, 0), (Verdict.INCONCLUSIVE, 0)], 3),
+        ([(Verdict.ERROR, 4)], 4),
+        ([], 3),
+    ],
+)
+def test_a_broken_scene_is_bad_input_unless_something_worse_happened(
+    results: list[tuple[Verdict, int]], status: int
+) -> None:
+    assert exit_status((result_with(*result) for result in results), is_broken=True) == status
 
 
 def criterion(metric: str, most: float | None, least: float | None = None) -> CriterionResult:

@@ -3,7 +3,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from realtime.shader import GLSL, load, program, set_uniforms
+from realtime.shader import GLSL, OwnShaders, load, program, set_uniforms
 from scenes.errors import RenderError
 
 if TYPE_CHECKING:
@@ -64,6 +64,22 @@ def test_defines_come_after_the_version_and_move_no_line_number(tmp_path: Path) 
     assert source.lines[-1] == ("top.comp", 2)
 
 
+def test_defines_come_after_a_version_that_a_comment_precedes(tmp_path: Path) -> None:
+    write(tmp_path, top="/* a card\n*/\n#version 430\nlast\n")
+    source = load("top.comp", {"GRID": 4}, root=tmp_path)
+    assert source.text.splitlines() == ["/* a card", "*/", "#version 430", "#define GRID 4", "last"]
+    assert source.lines[-1] == ("top.comp", 4)
+
+
+def test_a_users_file_comes_before_a_shipped_one_but_never_into_one(tmp_path: Path) -> None:
+    shipped = write(tmp_path, a=include("b"), b="shipped b\n", c=include("b"))
+    own = OwnShaders(tmp_path / "mine", {"top.comp": include("a", "b"), "b.comp": "own b\n"})
+    source = load("top.comp", root=shipped, own=own)
+    assert source.text.splitlines() == ["shipped b", "own b"]
+    assert source.lines == (("b.comp", 1), (str(tmp_path / "mine" / "b.comp"), 1))
+    assert load("c.comp", root=shipped, own=own).text == "shipped b\n"
+
+
 @pytest.mark.parametrize(
     ("log", "expected"),
     [
@@ -89,6 +105,14 @@ def test_a_compile_error_names_file_and_line(
     monkeypatch.setattr("realtime.shader.load.__defaults__", (None, tmp_path))
     with pytest.raises(RenderError, match=r"(?s)top\.comp does not compile.*low\.comp:3: error.*undeclared"):
         program(gl, "top.comp")
+
+
+def test_a_compile_error_is_placed_in_the_stage_that_has_it(gl: "moderngl.Context", tmp_path: Path) -> None:
+    own = OwnShaders(tmp_path, {"mine.frag": "#version 430\nout vec4 color;\nvoid main() { color = undeclared; }\n"})
+    with pytest.raises(RenderError) as refused:
+        program(gl, "raster/mesh.vert", "mine.frag", own=own)
+    assert f"does not compile: {tmp_path / 'mine.frag'}:3: error: `undeclared' undeclared" in str(refused.value)
+    assert "mesh.vert:" not in str(refused.value)
 
 
 def test_a_define_reaches_the_compiler(gl: "moderngl.Context", tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from reference import estimator
+from reference import estimator, studio
 from reference.estimator import ACCUMULATORS, LARGEST_BLOCK, Reference, block_sizes, seed_of, truth_parts
 from reference.quantities import quantity
 from reference.quantities.radiance import indirect_block
@@ -35,7 +35,8 @@ def refuse(stage: Stage, pixels: NDArray[Any], seed: int, spp: int, clamp: float
 def rendered_by(block: BlockRender, patch: pytest.MonkeyPatch) -> None:
     """Let `block` render the indirect light."""
     sampled = replace(quantity(INDIRECT), integrator=lambda features: Integrator("fake", "a test", block=block))
-    patch.setattr(estimator, "quantity", lambda name: sampled if name == INDIRECT else quantity(name))
+    for module in (estimator, studio):
+        patch.setattr(module, "quantity", lambda name: sampled if name == INDIRECT else quantity(name))
 
 
 class Counting:
@@ -176,7 +177,7 @@ def test_nothing_is_rendered_twice(
     scene = make_scene()
     first = reference(scene).truth(INDIRECT, 128)
     rendered_by(refuse, monkeypatch)
-    monkeypatch.setattr(estimator, "mitsuba", lambda cache: pytest.fail("Mitsuba was started"))
+    monkeypatch.setattr(studio, "mitsuba", lambda cache: pytest.fail("Mitsuba was started"))
     again = reference(scene).truth(INDIRECT, 128)
     np.testing.assert_array_equal(first.accumulators, again.accumulators)
     assert again.seconds == first.seconds
@@ -238,7 +239,7 @@ def test_a_block_with_nan_is_an_error_and_is_not_kept(
         return values
 
     rendered_by(broken, monkeypatch)
-    with pytest.raises(RenderError, match=f"indirect_radiance, block 0 has {3 * ACCUMULATORS} values"):
+    with pytest.raises(RenderError, match=f"indirect_radiance, a block of 1 spp has {3 * ACCUMULATORS} values"):
         reference(make_scene()).truth(INDIRECT, 64)
     assert not list((tmp_path / "store").rglob("block-*"))
 

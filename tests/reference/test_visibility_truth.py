@@ -459,7 +459,7 @@ def test_error_bars_are_honest(make_scene: MakeScene, reference: MakeReference, 
     points = floor_points(scene, 32)
     free = np.stack([-np.ones(points.shape[:2]), 0.05 - points[..., 0], np.zeros(points.shape[:2])], axis=-1)
     exact = share_of_ball(points, scene.emitters[0], free, np.pi / 2).mean(axis=1)
-    stage = build_stage(reference(scene)._mitsuba, scene, geometry_of(scene))
+    stage = build_stage(reference(scene).studio.mitsuba, scene, geometry_of(scene))
     pixels = np.tile(np.arange(64), 16)
     makes = np.stack([ball_block(stage, pixels, seed_of("test", k), spp // 16)[:, 0] for k in range(40)])
     makes = makes.reshape(40, 16, 64)
@@ -482,7 +482,7 @@ def test_stratified_samples_need_fewer(make_scene: MakeScene, reference: MakeRef
         shapes=[FLOOR, half_plane],
         emitters=[ball_light([0.1, 2.0, 0.0], 0.3)],
     )
-    stage = build_stage(reference(scene)._mitsuba, scene, geometry_of(scene))
+    stage = build_stage(reference(scene).studio.mitsuba, scene, geometry_of(scene))
     made = ball_block(stage, np.tile(np.arange(256), 16), seed_of("test"), 256)[:, 0].reshape(16, 256)
     mean = made.mean(axis=0)
     independent = (mean * (1 - mean)).mean() / 256

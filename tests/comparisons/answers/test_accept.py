@@ -121,7 +121,7 @@ def test_only_what_contains_the_text_is_accepted(here: Path, write_scene: Write)
     assert set(read_accepted(here)) == {"tiny/raster.depth"}
     accept(here, check(), light(0.3), keep="indirect")
     assert set(read_accepted(here)) == {"tiny/raster.depth", LIGHT}
-    with pytest.raises(InputError, match=r"No check in '.*report' contains 'glossy'"):
+    with pytest.raises(InputError, match=r"No check in '.*report' matches 'glossy'"):
         accept(here, check(), light(), keep="glossy")
 
 

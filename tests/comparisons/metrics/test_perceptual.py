@@ -8,7 +8,7 @@ import pytest
 from comparisons.metrics import Samples, evaluate
 from comparisons.metrics.delta_e_itp import WHITE_CD_M2, difference_itp
 from comparisons.metrics.dssim import ssim_map
-from comparisons.metrics.flip import flip_map
+from comparisons.metrics.flip import flip_image, flip_map
 from comparisons.tonemap import MEAN_VALUE
 from scenes import srgb
 from scenes.errors import ImageError
@@ -168,3 +168,12 @@ def test_only_colours_are_judged(metric: str, exact: Exact) -> None:
 def test_dssim_refuses_an_image_smaller_than_its_window(exact: Exact) -> None:
     with pytest.raises(ImageError, match="11x11 pixels; the image has 32x8"):
         evaluate("dssim_tonemapped", TRUTH[:8], exact(TRUTH[:8]))
+
+
+def test_the_flip_image_has_the_raw_error_as_its_mean(noisy: Noisy) -> None:
+    samples = noisy(TRUTH, 0.3)
+    mask = ROWS + COLUMNS < 40
+    judged = Samples(samples.accumulators, mask)
+    errors = flip_image(TRUTH * 1.2, judged)
+    assert errors.shape == mask.shape
+    assert evaluate("flip", TRUTH * 1.2, judged).high == pytest.approx(float(errors[mask].mean()), rel=1e-6)

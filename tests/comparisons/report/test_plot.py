@@ -3,7 +3,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from comparisons.report.plot import COLOURS, Point, Series, loglog_plot
+from comparisons.report.plot import COLOURS, MOST_SERIES, MUTED_MARK, Point, Series, loglog_plot
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -48,6 +48,39 @@ def test_series_differ_by_colour_and_mark_and_are_named() -> None:
     assert {f"technique {i}" for i in range(6)} <= {text.text for text in root.findall(f"{SVG}text")}
 
 
+def test_as_many_series_as_may_be_drawn_look_different() -> None:
+    assert len({Series("s", []).look(index) for index in range(MOST_SERIES)}) == MOST_SERIES
+
+
+def test_context_is_muted_and_takes_no_colour_from_the_series() -> None:
+    root = drawn(Series("context", [Point(1, 1)], is_joined=False, is_muted=True), Series("s", [Point(1, 1)]))
+    marks = [path.attrib for path in root.findall(f"{SVG}path") if "transform" in path.attrib]
+    assert [mark["d"] == MUTED_MARK for mark in marks] == [True, True, False, False]
+    assert {mark["fill"] for mark in marks} == {"none", COLOURS[0]}
+    assert len(root.findall(f"{SVG}polyline")) == 1
+
+
+def test_zero_stands_hollow_at_the_lower_edge() -> None:
+    root = drawn(Series("s", [Point(1, 0, 0, 3), Point(2, 1)]))
+    hollow, full = (path for path in root.findall(f"{SVG}path") if path.find(f"{SVG}title") is not None)
+    assert (hollow.attrib["fill"], full.attrib["fill"]) == ("none", COLOURS[0])
+    lower_edge = max(y for _, y in line(root))
+    assert hollow.attrib["transform"].endswith(f" {lower_edge})")
+    assert f"V{lower_edge}" not in full.attrib["d"]
+
+
+def test_a_point_leads_where_it_says() -> None:
+    root = drawn(Series("s", [Point(1, 1, title="a < b", address="checks/a.html?x=1&y=2"), Point(2, 2)]))
+    (link,) = root.findall(f"{SVG}a")
+    assert link.attrib["href"] == "checks/a.html?x=1&y=2"
+    assert link.findtext(f"{SVG}path/{SVG}title") == "a < b"
+
+
+def test_numbers_along_the_x_axis_are_written_as_wanted() -> None:
+    svg = loglog_plot("t", "x", "y", [Series("s", [Point(1, 1), Point(100, 1)])], x_text=lambda x: f"{x:g} apples")
+    assert "10 apples" in {text.text for text in ET.fromstring(svg).findall(f"{SVG}text")}
+
+
 def test_who_cannot_see_it_hears_the_values() -> None:
     root = drawn(Series("talk", [Point(3, 0.25)]))
     assert root.attrib["role"] == "img"
@@ -57,7 +90,14 @@ def test_who_cannot_see_it_hears_the_values() -> None:
 
 @pytest.mark.parametrize(
     "series",
-    [[], [Series("s", [])], [Series("s", [Point(0, 1)])], [Series("s", [Point(1, 1)])] * (len(COLOURS) + 1)],
+    [
+        [],
+        [Series("s", [])],
+        [Series("s", [Point(0, 1)])],
+        [Series("s", [Point(1, 0)])],
+        [Series("s", [Point(1, 1, -1, 2)])],
+        [Series("s", [Point(1, 1)])] * (MOST_SERIES + 1),
+    ],
 )
 def test_what_cannot_be_drawn_is_refused(series: list[Series]) -> None:
     with pytest.raises(ValueError, match=r"found|series of"):
