@@ -10,14 +10,20 @@ from scenes.model import Criterion
 GIVEN = "given on the command line"
 """The reason of such a budget."""
 
+SIGNED = frozenset({"energy_bias", "signed_bias"})
+"""Metrics that are best at 0 and may lie on either side of it; all others are best at their least."""
+
 
 def parse_budgets(texts: Iterable[str]) -> tuple[Criterion, ...]:
-    """Criteria from texts such as `nrmse=0.05` (at most) or `energy_bias=-0.04..0.04` (at least and at most).
+    """Criteria from texts such as `nrmse=0.05` (at most) or `energy_bias=-0.02..0.04` (at least and at most).
+
+    One bound for a metric that has a sign holds in either direction: `energy_bias=0.04` is `energy_bias=-0.04..0.04`.
 
     Raises
     ------
     InputError
-        A text is written otherwise, its metric is unknown or has a budget already, or a bound is no finite number.
+        A text is written otherwise, its metric is unknown or has a budget already, or a bound is no finite number or
+        one that nothing can meet.
     """
     budgets: dict[str, Criterion] = {}
     for text in texts:
@@ -51,6 +57,13 @@ def _criterion(text: str) -> Criterion:
     low, high = (_bound(text, least), _bound(text, most)) if dots else (None, _bound(text, bounds))
     if low is not None and low > high:
         raise InputError(f"The budget '{text}' has its bounds in the wrong order; write {name}={high:g}..{low:g}.")
+    if high <= 0 and (low is None or name not in SIGNED):
+        raise InputError(
+            f"The budget '{text}' allows at most {high:g}, which leaves no room for any error. Write a number above 0, "
+            f"such as {name}=0.05."
+        )
+    if low is None and name in SIGNED:
+        low = -high
     return Criterion(metric=name, min=low, max=high, reason=GIVEN)
 
 

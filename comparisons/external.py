@@ -136,6 +136,8 @@ def _first(where: Bool) -> str:
 def alignment(depth: ImageFile, reference: Reference) -> str:
     """See by its depth that the engine sees the subject where it is; a sentence about how well.
 
+    Only pixels that the subject covers completely are looked at: what surrounds it may be another room.
+
     Raises
     ------
     ImageError
@@ -164,7 +166,7 @@ def alignment(depth: ImageFile, reference: Reference) -> str:
     facts = (
         f"distance along the {kind}; half of the depths within {format_percent(half)}, nine tenths within "
         f"{format_percent(most)}{_moved_text(moved)}; {format_count(int(used.sum()))} of "
-        f"{format_count(int(mask.sum()))} judged pixels have a depth"
+        f"{format_count(int(mask.sum()))} pixels of the subject have a depth"
     )
     is_close = most <= ALIGNED_DEPTH and (moved or 0.0) <= ALIGNED_PX and missing <= ALIGNED_COVERAGE
     if is_close and not diagnosis.sentences:

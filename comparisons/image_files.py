@@ -15,7 +15,7 @@ import numpy as np
 from scenes import srgb
 from scenes.digest import file_digest
 from scenes.errors import ImageError
-from scenes.exr import read_channels
+from scenes.exr import chromaticities, read_channels
 from scenes.image import Float32
 
 ColorSpace = Literal["srgb", "linear"]
@@ -43,6 +43,11 @@ OTHER_SIGNATURES = (
 DEPTH_NAMES = frozenset({"z", "depth", "distance"})
 GREY_TOLERANCE = 1e-6
 """Channels of a grey picture may differ by that share: programs that store one value three times store it exactly."""
+
+REC_709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+"""ITU-R BT.709-6 (2015): x and y of red, green, blue and of the white point."""
+SAME_PRIMARIES = 0.005
+"""Programs round the coordinates; other spaces differ by ten times as much in some of them."""
 
 
 @dataclass(frozen=True)
@@ -116,6 +121,8 @@ def read_image(
         planes, most, form = _bitmap(path, kind, kernels)
     encoding: ColorSpace = color_space or ("srgb" if kind == "PNG" else "linear")
     chosen = _chosen(path, planes, channels, layer, is_depth)
+    if kind == "EXR" and len(chosen.channels) == 3 and color_space is None:
+        _require_rec709(path)
     pixels = np.stack([planes[name] for name in chosen.channels[:channels]], axis=2)
     summary = f"{form}, channels {', '.join(chosen.channels)}, {encoding}"
     return ImageFile(
@@ -177,6 +184,18 @@ def _exposure(path: Path, kind: Kind) -> float:
         return 1.0
     header = path.read_bytes().partition(b"\n\n")[0].decode("ascii", errors="replace")
     return float(np.prod([float(found) for found in re.findall(r"(?m)^EXPOSURE= *([0-9.eE+-]+) *$", header)]))
+
+
+def _require_rec709(path: Path) -> None:
+    """Refuse colours that a file says are of another space: they would be judged as if they were not."""
+    found = chromaticities(path)
+    if found is not None and not np.allclose(found, REC_709, rtol=0, atol=SAME_PRIMARIES):
+        pairs = " ".join(f"({x:g}, {y:g})" for x, y in zip(found[::2], found[1::2], strict=True))
+        raise ImageError(
+            f"{path}: found colours whose red, green, blue and white lie at {pairs}; allowed are linear Rec. 709 "
+            "primaries with the white point D65. Convert the image, or say --color-space linear if its values are "
+            "these all the same, or no colours."
+        )
 
 
 def _decoded(path: Path, pixels: Float32) -> Float32:

@@ -3,16 +3,20 @@
 import shutil
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from comparisons.report.names import stems_of
 from comparisons.result import CheckResult
-from comparisons.results import read_run
+from comparisons.results import read_run, shown_at
 from comparisons.selection import Broken
 from comparisons.shards import Shard, parse_shard
 from scenes.errors import InputError
+
+NEEDED = ("scenes", "started", "seconds", "counts", "store_note", "jobs", "idle_overrides")
+"""What the common results.json has from those of the shards, besides the checks and broken scenes."""
 
 MUST_AGREE = {"lightgauge": "version of lightgauge", "commit": "commit"}
 """What all shards have in common, or they measured different things."""
@@ -56,6 +60,8 @@ def read_part(run: Path) -> Part:
     if shard is None:
         raise InputError(f"'{run}' is a run, but none of its shards. Make them with `lightgauge run --shard I/N`.")
     try:
+        if missing := [key for key in NEEDED if key not in results]:
+            raise KeyError(", ".join(missing))
         checks = tuple(CheckResult.from_json(check) for check in results["checks"])
         broken = tuple(Broken(**one) for one in results["broken"])
         return Part(folder, parse_shard(str(shard)), results, checks, broken)
@@ -83,7 +89,9 @@ def merge(parts: Sequence[Part]) -> Merged:
     first = parts[0].results
     place = {name: index for index, name in enumerate(first["scenes"])}
     plain = sorted(chain.from_iterable(part.results["checks"] for part in parts), key=lambda one: place[one["scene"]])
-    checks = sorted(chain.from_iterable(part.checks for part in parts), key=lambda one: place[one.scene])
+    checks = _with_names_apart(
+        sorted(chain.from_iterable(part.checks for part in parts), key=lambda one: place[one.scene])
+    )
     broken = sorted(chain.from_iterable(part.broken for part in parts), key=lambda one: place[one.scene])
     noted = [part.results["store_note"] for part in parts if part.results["store_note"]]
     notes = (*noted, *_differences(parts))
@@ -93,13 +101,19 @@ def merge(parts: Sequence[Part]) -> Merged:
         "seconds": sum(part.results["seconds"] for part in parts),
         "counts": {verdict: sum(part.results["counts"][verdict] for part in parts) for verdict in first["counts"]},
         "store_note": " ".join(notes) or None,
-        "checks": plain,
+        "checks": [one | {"images": check.images} for one, check in zip(plain, checks, strict=True)],
         "shard": None,
         "broken": [vars(one) for one in broken],
         "jobs": max(part.results["jobs"] for part in parts),
         "idle_overrides": _idle(parts),
     }
-    return Merged(content, tuple(checks), tuple(broken), notes)
+    return Merged(content, checks, tuple(broken), notes)
+
+
+def _with_names_apart(checks: Sequence[CheckResult]) -> tuple[CheckResult, ...]:
+    """The checks with their pictures where the run in one piece has them."""
+    stems = stems_of(check.id for check in checks)
+    return tuple(replace(check, images=shown_at(stem, check.images)) for check, stem in zip(checks, stems, strict=True))
 
 
 def _idle(parts: Sequence[Part]) -> dict[str, int]:
@@ -124,7 +138,7 @@ def require_other(parts: Sequence[Part], folder: Path) -> None:
             )
 
 
-def copy_pictures(parts: Sequence[Part], folder: Path) -> None:
+def copy_pictures(parts: Sequence[Part], merged: Merged, folder: Path) -> None:
     """Copy all that the checks show into the folder of the common report.
 
     Raises
@@ -132,9 +146,11 @@ def copy_pictures(parts: Sequence[Part], folder: Path) -> None:
     InputError
         A file is missing.
     """
+    targets = {check.id: check.images for check in merged.checks}
     for part in parts:
-        for path in sorted({path for check in part.checks for path in check.images.values()}):
-            target = folder / path
+        for path, target in (
+            (path, folder / targets[check.id][name]) for check in part.checks for name, path in check.images.items()
+        ):
             target.parent.mkdir(parents=True, exist_ok=True)
             try:
                 shutil.copyfile(part.folder / path, target)

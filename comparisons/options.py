@@ -73,7 +73,8 @@ def add_own(parser: argparse.ArgumentParser) -> None:
         metavar="METRIC=MAX",
         action="append",
         default=[],
-        help="hold your own techniques against this, or METRIC=MIN..MAX, instead of the best that ships; repeatable",
+        help="hold your own techniques against this, or METRIC=MIN..MAX, instead of the best that ships; one bound "
+        "of a bias holds in either direction; repeatable",
     )
 
 

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from comparisons.budgets import GIVEN, parse_budgets
-from comparisons.expression import quoted
+from comparisons.budgets import GIVEN, SIGNED, parse_budgets
 from comparisons.request import id_of
 from comparisons.scene_files import find
 from realtime.own import file_of, load_own
@@ -20,9 +19,6 @@ from scenes.errors import InputError
 from scenes.load import LIBRARY, library_scenes, load_scene
 from scenes.model import Bounds, Check, Criterion, Scene
 from scenes.paths import shown_path
-
-SIGNED = frozenset({"energy_bias", "signed_bias"})
-"""Metrics that are best at 0 and may lie on either side of it; all others are best at their least."""
 
 BORROWED = "borrowed from "
 
@@ -45,7 +41,7 @@ class Own:
     @property
     def keep(self) -> str:
         """The `-k` expression that means their checks."""
-        return " or ".join(quoted(f"/{name}") for name in self.names)
+        return " or ".join(f"/{name}$ or /{name}[" for name in self.names)
 
     def added_to(self, scene: Scene) -> Scene:
         """The scene with a check more for each technique whose quantity it judges, and of which it has none.

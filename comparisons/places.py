@@ -1,5 +1,6 @@
 """Where the budgets of a check are written."""
 
+import tomllib
 from functools import cache
 from pathlib import Path
 
@@ -17,10 +18,11 @@ def file_of(scene: Scene) -> Path:
 def places_of(scene: Scene, check: Check) -> tuple[str, ...]:
     """FILE:LINE of each criterion of a check; empty for one that was given on the command line.
 
-    A standard check, that the scene does not spell out, is on line 1.
+    A standard check, that the scene does not spell out, is on line 1; so is every one if the file has been removed or
+    broken since it was loaded.
     """
     path = file_of(scene)
-    lines = _lines(path.read_text(encoding="utf-8"))
+    lines = _lines_of(path)
     places = []
     for origin in origins_of(scene, check):
         written, number = origin or (check, 0)
@@ -30,6 +32,14 @@ def places_of(scene: Scene, check: Check) -> tuple[str, ...]:
     return tuple(places)
 
 
+def _lines_of(path: Path) -> dict[KeyPath, int]:
+    try:
+        return _lines(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+
+
 @cache
 def _lines(text: str) -> dict[KeyPath, int]:
+    tomllib.loads(text)  # raises ValueError, which key_lines may not, where it is no TOML
     return key_lines(text)

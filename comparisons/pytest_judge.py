@@ -97,7 +97,7 @@ class Judge:
             namesakes = sum(other.id == result.id for other in self._shown.values())
             marks = [result.scene, self._worker, str(namesakes + 1) if namesakes else ""]
             apart = replace(result, scene="-".join(filter(None, marks)))
-            self._shown[key] = replace(result, images=with_pictures(self.report, self.store, apart).images)
+            self._shown[key] = replace(result, images=with_pictures(self.report, self.store, [apart])[0].images)
         return self._shown[key]
 
     def _step(self, what: str, fraction: float) -> None:

@@ -3,9 +3,10 @@
 import json
 import os
 import platform
+import re
 import shutil
 import subprocess
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,11 +14,14 @@ from typing import Any
 from comparisons.doctor import require_writable, version_of
 from comparisons.gate import Verdict
 from comparisons.history import noted
-from comparisons.report.names import stem_of
+from comparisons.report.names import stems_of
 from comparisons.report.page import write_report
 from comparisons.result import SCHEMA, CheckResult
 from reference.store import Store, write_text
 from scenes.errors import InputError
+
+SHOWN = re.compile(r"(images|pixels)/[^/]+")
+"""Where a report has its pictures, and nothing but those."""
 
 
 def prepare_folder(folder: Path, option: str = "-o") -> None:
@@ -32,13 +36,22 @@ def prepare_folder(folder: Path, option: str = "-o") -> None:
         require_writable(part, "output folder", option)
 
 
-def with_pictures(folder: Path, store: Store, result: CheckResult) -> CheckResult:
-    """Copy the pictures of a check, and its pixels as a script, from the store into the report's folder."""
-    stem = stem_of(result.id)
-    images = {name: _shown_at(stem, name, Path(kept).suffix) for name, kept in result.images.items()}
-    for name, kept in result.images.items():
-        shutil.copyfile(store.root / kept, folder / images[name])
-    return replace(result, images=images)
+def with_pictures(folder: Path, store: Store, results: Iterable[CheckResult]) -> list[CheckResult]:
+    """Copy the pictures of checks, and their pixels as scripts, from the store into the report's folder."""
+    found = list(results)
+    shown = [
+        replace(result, images=shown_at(stem, result.images))
+        for result, stem in zip(found, stems_of(result.id for result in found), strict=True)
+    ]
+    for before, after in zip(found, shown, strict=True):
+        for name, kept in before.images.items():
+            shutil.copyfile(store.root / kept, folder / after.images[name])
+    return shown
+
+
+def shown_at(stem: str, images: Mapping[str, str]) -> dict[str, str]:
+    """Where a report has the pictures of a check, by what they show, as `images` has their files elsewhere."""
+    return {name: _shown_at(stem, name, Path(kept).suffix) for name, kept in images.items()}
 
 
 def _shown_at(stem: str, name: str, suffix: str) -> str:
@@ -88,8 +101,23 @@ def _git(*arguments: str) -> str | None:
 
 def write_run(folder: Path, results: dict[str, Any], history: Path | None = None) -> Path:
     """Write results.json, note the run in that history if there is one, and write the report; returns the page."""
+    before = shown_by(folder)
     write_text(folder / "results.json", json.dumps(results, indent=1, allow_nan=False))
-    return write_page(folder, results, history)
+    page = write_page(folder, results, history)
+    for path in before - shown_by(folder):
+        (folder / path).unlink(missing_ok=True)
+    return page
+
+
+def shown_by(folder: Path) -> set[str]:
+    """The pages and pictures of the checks of the run in a folder, if there is one; no other files that lie there."""
+    try:
+        _, results = read_run(folder)
+        pages = {f"checks/{stem}.html" for stem in stems_of(check["id"] for check in results["checks"])}
+        pictures = {path for check in results["checks"] for path in check["images"].values()}
+    except (InputError, KeyError, TypeError, AttributeError):
+        return set()
+    return pages | {path for path in pictures if SHOWN.fullmatch(path)}
 
 
 def write_page(folder: Path, results: dict[str, Any], history: Path | None = None) -> Path:

@@ -94,6 +94,7 @@ class Runner:
                 named = replace(cached, scene=scene.name, scene_title=scene.title, cached=True)
                 return self._placed(check, replace(named, rerun=self._empty(check).rerun))
             result = self._judged(check)
+            self.reference.require_unchanged()
         except (NoGraphics, NoCompiler, NoCluster):
             raise
         except LightgaugeError as error:

@@ -130,13 +130,20 @@ def _block_name(index: int) -> str:
 
 
 class Reference:
-    """Truths of one scene. What the store lacks is rendered in `studio`; this process, if none is given."""
+    """Truths of one scene. What the store lacks is rendered in `studio`; this process, if none is given.
+
+    Raises
+    ------
+    SceneError
+        A file of the scene cannot be read.
+    """
 
     def __init__(self, scene: Scene, store: Store, progress: Progress, studio: Studio | None = None) -> None:
         self.scene = scene
         self.store = store
         self.studio = studio or Studio(scene, store.root / "kernels", progress)
         self._masks: dict[str, Bool] = {}
+        self._begun_with = scene_parts(scene)
 
     @property
     def features(self) -> Features:
@@ -183,6 +190,20 @@ class Reference:
                 "scene."
             )
 
+    def require_unchanged(self) -> None:
+        """See that the scene's files are those that this began with: what is kept goes by their content.
+
+        Raises
+        ------
+        SceneError
+            One has been replaced, or is gone.
+        """
+        if scene_parts(self.scene) != self._begun_with:
+            raise SceneError(
+                f"Scene '{self.scene.name}': one of its files has been changed since the run began, so what was loaded "
+                "may be neither the old one nor the new one. Run it again."
+            )
+
     def truth(self, name: str, spp: int) -> Truth:
         """The truth of a quantity with at least `spp` samples a pixel (exact quantities ignore it).
 
@@ -216,6 +237,7 @@ class Reference:
 
         def make() -> Image:
             rendered = self.studio.exact(name, shelf.key)
+            self.require_unchanged()
             pixels = require_finite(rendered.pixels, f"reference of {self.scene.name}, {name}")
             return Image(pixels, self._provenance(shelf, name, {"seconds": rendered.seconds}))
 
@@ -255,6 +277,7 @@ class Reference:
     def _block(self, shelf: Shelf, found: Quantity, begin: Callable[[], list[Launch]], mask: Bool, spp: int) -> Image:
         """A block as an image whose rows are accumulators and whose columns are the judged pixels."""
         rendered = [self.studio.launch(launch, mask) for launch in begin()]
+        self.require_unchanged()
         rows = np.concatenate([launch.pixels for launch in rendered])
         values = rows.reshape(ACCUMULATORS, -1, rows.shape[-1])
         image = require_finite(values, f"reference of {self.scene.name}, {found.name}, a block of {spp} spp")

@@ -135,6 +135,24 @@ def read_channels(path: Path) -> dict[str, Float32]:
     return {name: np.ascontiguousarray(pixels[..., i]) for i, name in enumerate(found)}
 
 
+def chromaticities(path: Path) -> tuple[float, ...] | None:
+    """x and y of red, green, blue and white that an EXR file says its colours have; None if it says nothing.
+
+    Raises
+    ------
+    ImageError
+        The file cannot be read.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise ImageError(f"{path}: cannot be read ({error.strerror}). Give the path of an EXR file.") from error
+    for header, _ in _parts(path, content, header_only=True).values():
+        if "chromaticities" in header:
+            return tuple(float(coordinate) for coordinate in header["chromaticities"])
+    return None
+
+
 def _parsed(path: Path, content: bytes, *, header_only: bool) -> tuple[dict[str, Any], dict[str, Any]]:
     """The attributes and, unless `header_only`, the pixels of each channel of the first part."""
     return next(iter(_parts(path, content, header_only=header_only).values()))

@@ -1,7 +1,6 @@
 """An image of another engine against the truth of a scene: what is measured, what a budget says, and why."""
 
 import json
-import math
 import shlex
 import time
 from collections.abc import Iterator, Sequence
@@ -11,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from comparisons.budgets import parse_budgets
 from comparisons.external import (
     Measurement,
     alignment,
@@ -23,7 +23,6 @@ from comparisons.external import (
 )
 from comparisons.gate import Verdict
 from comparisons.image_files import ColorSpace, ImageFile, read_image
-from comparisons.metrics import metric_named
 from comparisons.report.names import stem_of
 from comparisons.report.numbers import format_bound, format_count, format_interval, format_metric, format_number
 from comparisons.result import CheckResult
@@ -43,9 +42,6 @@ from scenes.load import find_scene, load_scene
 from scenes.model import Check, Criterion, Scene
 
 RENDERER = "image file"
-SIGNED = frozenset({"energy_bias", "signed_bias"})
-"""Metrics that may be below 0: a budget for them holds in either direction."""
-
 NOT_ALIGNED = (
     "parity was not checked: without --depth nobody knows whether the engine sees the same scene. An image that is "
     "turned, moved by a part of a pixel or of other geometry reads as an error of its shading"
@@ -107,7 +103,7 @@ def compare(asked: Asked, store: Store, step: Progress) -> Outcome:
     InputError
         An argument names nothing, the image cannot be judged, or its depth shows another scene.
     """
-    criteria = tuple(budgets(asked.budgets))
+    criteria = parse_budgets(asked.budgets)
     given = _given(asked, store, step)
     prepare_folder(asked.folder)
     summary = f"{asked.image}: {given.file.summary}; {given.file.pixels.shape[1]} x {given.file.pixels.shape[0]} pixels"
@@ -116,34 +112,11 @@ def compare(asked: Asked, store: Store, step: Progress) -> Outcome:
     return [*lines, *more], status
 
 
-def budgets(texts: Sequence[str]) -> Iterator[Criterion]:
-    """Criteria from METRIC=MAX; a metric that has a sign must be within -MAX and MAX.
-
-    Raises
-    ------
-    InputError
-        There is no such metric, its bound is no number that is allowed, or it has two.
-    """
-    seen: set[str] = set()
-    for text in texts:
-        name, _, bound = text.partition("=")
-        metric_named(name)
-        try:
-            most = float(bound)
-        except ValueError:
-            most = math.nan
-        if not (math.isfinite(most) and most > 0):
-            raise InputError(f"Found the budget '{text}'; allowed is METRIC=MAX with a number above 0: nrmse=0.05.")
-        if name in seen:
-            raise InputError(f"Found two budgets for {name}; the lower one is enough. Leave out the other.")
-        seen.add(name)
-        reason = "given on the command line"
-        yield Criterion(metric=name, max=most, min=-most if name in SIGNED else None, reason=reason)
-
-
 def _given(asked: Asked, store: Store, step: Progress) -> Given:
     scene = load_scene(find_scene(asked.scene))
     found = quantity(asked.quantity)
+    if asked.depth is None and asked.depth_layer is not None:
+        raise InputError("--depth-layer names a layer of the depth's file. Name that file, too, with --depth.")
     if asked.fit_exposure and found.display != "radiance":
         raise InputError(f"{found.name} is no radiance, so that no exposure can be off. Leave out --fit-exposure.")
     file = read_image(
@@ -176,7 +149,7 @@ def _parity(given: Given, store: Store) -> str:
     if asked.depth is None:
         return NOT_ALIGNED
     depth = read_image(asked.depth, 1, store.root / "kernels", is_depth=True, layer=asked.depth_layer)
-    return f"parity holds: {alignment(depth, given.reference)}"
+    return f"parity of the subject holds: {alignment(depth, given.reference)}"
 
 
 def _measured(given: Given) -> Outcome:

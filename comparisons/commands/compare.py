@@ -21,10 +21,11 @@ def register(commands: Commands) -> None:
     compare.add_argument("--quantity", metavar="QUANTITY", required=True, help="what it shows; see `lightgauge list`")
     compare.add_argument(
         "--budget",
-        metavar="METRIC=MAX",
+        metavar="METRIC=[MIN..]MAX",
         action="append",
         default=[],
-        help="what is allowed, such as nrmse=0.05; may be repeated; without any, the error is measured and not judged",
+        help="what is allowed, such as nrmse=0.05 or energy_bias=-0.02..0.04; may be repeated; without any, the error "
+        "is measured and not judged",
     )
     compare.add_argument(
         "--depth", metavar="FILE", type=Path, help="the engine's depth, by which it is seen that both see the same"

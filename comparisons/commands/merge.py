@@ -31,7 +31,7 @@ def merge_shards(options: argparse.Namespace, say: Say) -> int:
     require_other(parts, options.folder)
     prepare_folder(options.folder)
     prepare_outputs(options)
-    copy_pictures(parts, options.folder)
+    copy_pictures(parts, merged, options.folder)
     content = merged.content
     page = write_run(options.folder, content, options.history)
     notes = [*merged.notes, *idle_lines(content["idle_overrides"])]

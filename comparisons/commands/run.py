@@ -75,7 +75,7 @@ def _run(options: argparse.Namespace, say: Say, interrupt: Interrupt) -> int:
     warnings.filterwarnings("ignore", module="colour")
     jobs = min(options.jobs, max(1, len(chosen.requests)))
     results = run_selection(chosen, store, setup, jobs, interrupt, say)
-    shown = [with_pictures(options.folder, store, result) for result in results]
+    shown = with_pictures(options.folder, store, results)
     store.notes.extend(evicted_note(evict(store, limit), limit))
     content = results_json(shown, started, time.perf_counter() - clock, store.notes)
     idle = idle_overrides(chosen.every_check, {r.gl_renderer for r in results if r.gl_renderer})

@@ -45,7 +45,7 @@ def _lines(overview: Overview, complaint: str, rows: int) -> Iterator[str]:
         yield from ("", f"> [!CAUTION]\n> {_text(complaint)}")
     if overview.broken:
         yield from ("", "**Scenes that could not be read**", "")
-        yield from _table(("scene", "why"), [(_code(a), _cell(m)) for a, m in overview.broken], rows)
+        yield from _table(("scene", "why"), [(_code(a), _cells(m)) for a, m in overview.broken], rows)
     wrong = [view for view in overview.all if view.verdict != "PASS"]
     if wrong:
         header = ("verdict", "scene", "technique", "metric", "error", "budget", "accepted", "written at, or why")
@@ -82,7 +82,7 @@ def _row(view: CheckView) -> tuple[str, ...]:
 def _reasons(views: Sequence[CheckView], rows: int) -> Iterator[str]:
     for view in views[:rows]:
         yield f"- **{view.verdict}** {_code(view.raw['id'])}: {_text(headline_text(view))}"
-        reason = f"The budget's reason: {view.headline.reason}." if view.headline is not None else ""
+        reason = f"The budget's reason: {view.headline.reason.rstrip('.')}." if view.headline is not None else ""
         message = (view.raw.get("message") or "") if view.verdict != "ERROR" else ""
         for text in (reason, message, worst_pixel_text(view)):
             if text:
@@ -164,6 +164,11 @@ def _cell(text: str) -> str:
     """Text in a cell of a table: one line, and not too long."""
     line = one_line(text)
     return _text(line if len(line) <= CELL else f"{line[: CELL - 1]}…")
+
+
+def _cells(text: str) -> str:
+    """Each line of a text on one of its own within a cell."""
+    return "<br>".join(_cell(line) for line in text.splitlines())
 
 
 def _code(text: str) -> str:

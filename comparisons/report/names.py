@@ -12,6 +12,11 @@ def stem_of(check_id: str) -> str:
     return "".join(c if c.isalnum() or c in "-_." else "-" for c in check_id)
 
 
+def stems_of(check_ids: Iterable[str]) -> tuple[str, ...]:
+    """The names of the files of checks that are shown together: of each page, and of each one's pictures."""
+    return tuple(different(map(stem_of, check_ids)))
+
+
 def different(stems: Iterable[str]) -> Iterator[str]:
     """The stems in their order, a number behind those that were there before."""
     taken: set[str] = set()

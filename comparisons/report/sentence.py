@@ -6,8 +6,8 @@ from comparisons.report.check import CheckView
 from comparisons.report.criterion import use_of
 
 
-def sentence_of(views: Sequence[CheckView]) -> str:
-    """How many checks hold, and the one to look at first."""
+def sentence_of(views: Sequence[CheckView], broken: int) -> str:
+    """How many checks hold, and the one to look at first; `broken` scenes could not be read."""
     if not views:
         return "No check was run, so nothing is known."
     failing = [view for view in views if view.verdict == "FAIL"]
@@ -22,6 +22,9 @@ def sentence_of(views: Sequence[CheckView]) -> str:
         return f"{len(regressed)} of {total} {verb} regressed within the budget: worst is {_extreme(regressed)}."
     if len(passing) < len(views):
         return f"{len(passing)} of {total} {'holds its' if len(passing) == 1 else 'hold their'} budget."
+    if broken:
+        held = f"{total} {'holds its' if len(views) == 1 else 'hold their'} budget"
+        return f"{held}, but {_scenes(broken)} could not be read."
     if len(views) == 1:
         return f"The only check holds its budget: {_extreme(views)}."
     return f"All {total} hold their budgets; closest to its budget: {_extreme(views)}."
@@ -44,8 +47,12 @@ def rest_of(counts: Mapping[str, int], broken: int) -> str:
     if errors := counts["ERROR"]:
         texts.append(f"{errors} could not be judged.")
     if broken:
-        texts.append(f"{broken} scene{'' if broken == 1 else 's'} could not be read, and {_is(broken)} not judged.")
+        texts.append(f"{_scenes(broken)} could not be read, and {_is(broken)} not judged.")
     return " ".join(texts)
+
+
+def _scenes(count: int) -> str:
+    return f"{count} scene{'' if count == 1 else 's'}"
 
 
 def _is(count: int) -> str:

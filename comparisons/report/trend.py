@@ -53,10 +53,11 @@ class _Scale:
 def trend_plot(entries: Sequence[Entry]) -> str:
     """An SVG of the course of one check: each metric with its intervals and budget, and the real-time time beneath.
 
-    The newest `MOST_RUNS` runs stand at equal distances, the oldest at the left. Only those on a renderer of the newest
-    entry's family are shown: times on another cannot be compared. Empty if nothing was measured.
+    The newest `MOST_RUNS` runs stand at equal distances, the oldest at the left. Only those on a renderer of the family
+    that drew last are shown: times on another cannot be compared. Where nothing was drawn, a check is an ERROR and has
+    no renderer; it stands among the others. Empty if nothing was measured.
     """
-    family = entries[-1].renderer if entries else ""
+    family = next((entry.renderer for entry in reversed(entries) if entry.renderer), "")
     shown = [entry for entry in entries if entry.renderer in (family, "")]
     runs = list(dict.fromkeys(id(entry.run) for entry in shown))[-MOST_RUNS:]
     shown = [entry for entry in shown if id(entry.run) in runs]

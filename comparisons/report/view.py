@@ -11,7 +11,7 @@ from comparisons.report.costs import CostPlot, costs_of
 from comparisons.report.course import Changes, changes_of
 from comparisons.report.criterion import use_of
 from comparisons.report.glance import Group, groups_of, in_columns
-from comparisons.report.names import different, stem_of
+from comparisons.report.names import stems_of
 from comparisons.report.numbers import format_seconds
 from comparisons.report.sentence import rest_of, sentence_of
 from reference.quantities import EFFECTS
@@ -86,9 +86,9 @@ def overview_of(results: Results, history: "History | None" = None) -> Overview:
     light = tuple(view for view in views if not view.is_parity)
     effects = _effects(views)
     return Overview(
-        sentence=sentence_of(views),
+        sentence=sentence_of(views, len(broken)),
         rest=rest_of(counts, len(broken)),
-        verdict=next((verdict for verdict in ("FAIL", *SEVERITY) if counts[verdict]), "INCONCLUSIVE"),
+        verdict=_worst(counts, len(broken)),
         counts=tuple((verdict, count) for verdict, count in counts.items() if count),
         urgent=tuple(view for view in views if view.verdict != "PASS")[:MOST_URGENT],
         broken=broken,
@@ -135,11 +135,17 @@ def keys_of(view: CheckView) -> dict[str, Any]:
 
 def _checks_of(raws: Sequence[Results]) -> list[CheckView]:
     """Worst verdict first; of those that do not pass, the one that takes most of its budget."""
-    names = different(stem_of(str(raw.get("id"))) for raw in raws)
+    names = stems_of(str(raw.get("id")) for raw in raws)
     views = [check_of(number, raw, name) for number, (raw, name) in enumerate(zip(raws, names, strict=True), start=1)]
     return sorted(
         views, key=lambda view: (SEVERITY[view.verdict], 0.0 if view.verdict == "PASS" else -use_of(view.headline))
     )
+
+
+def _worst(counts: Mapping[str, int], broken: int) -> str:
+    """What a run as a whole is: a scene that could not be read is an ERROR, though no check has that verdict."""
+    found = {**counts, "ERROR": counts["ERROR"] + broken}
+    return next((verdict for verdict in ("FAIL", *SEVERITY) if found[verdict]), "INCONCLUSIVE")
 
 
 def _effects(views: Iterable[CheckView]) -> tuple[str, ...]:

@@ -189,7 +189,7 @@ def test_a_risen_error_regresses_its_check_and_says_by_how_much() -> None:
     assert result.message == (
         "The error has risen since it was accepted on 2026-11-22, though the budget holds: nrmse from 20.0\u202f% "
         "[19.0, 21.0] to 30.0\u202f% [29.0, 31.0], budget ≤ 100\u202f%. Find what changed; if it is meant, run "
-        '`lightgauge accept RUN --reason "..." -k s/t` with the folder of this run.'
+        "`lightgauge accept RUN --reason \"...\" -k 's/t$'` with the folder of this run."
     )
     assert result.accepted == {
         "date": "2026-11-22",

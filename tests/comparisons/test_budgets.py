@@ -17,6 +17,13 @@ def test_two_bounds_are_the_least_and_the_most() -> None:
     assert (second.metric, second.max) == ("flip", 0.1)
 
 
+def test_one_bound_of_a_metric_with_a_sign_holds_in_either_direction() -> None:
+    """An image that loses two thirds of its light is no better than one that is two thirds too bright."""
+    bias, darker = parse_budgets(["energy_bias=0.04", "signed_bias=-0.2..-0.1"])
+    assert (bias.min, bias.max) == (-0.04, 0.04)
+    assert (darker.min, darker.max) == (-0.2, -0.1)
+
+
 def test_no_text_is_no_budget() -> None:
     assert parse_budgets([]) == ()
 
@@ -32,6 +39,10 @@ def test_no_text_is_no_budget() -> None:
         ("nrmse=nan", "'nan', which is no finite number"),
         ("nrmse=inf", "'inf', which is no finite number"),
         ("energy_bias=..0.1", "'', which is no finite number"),
+        ("nrmse=-1", "allows at most -1, which leaves no room for any error"),
+        ("nrmse=0", "allows at most 0"),
+        ("energy_bias=-0.1", "allows at most -0.1"),
+        ("nrmse=-2..-1", "allows at most -1"),
         ("energy_bias=0.1..-0.1", "wrong order; write energy_bias=-0.1..0.1"),
     ],
 )

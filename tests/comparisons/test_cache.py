@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from comparisons.cache import CheckCache, check_parts, judging_code
+from comparisons.result import CheckResult
 from reference.store import Store
 from scenes.exr import read_exr
 from scenes.load import load_scene
@@ -213,3 +214,30 @@ def test_a_result_depends_on_the_graphics_driver_that_is_chosen(scene: Scene, mo
     assert cache.read(scene, scene.checks[0]) is not None
     monkeypatch.setenv("GLCONTEXT_DEVICE_INDEX", "3")
     assert cache.read(scene, scene.checks[0]) is None
+
+
+MESH = ('type = "sphere"\nradius = 0.3\ndetail = 3', 'type = "mesh"\npath = "body.ply"')
+
+
+def test_a_file_that_is_replaced_amid_a_run_leaves_nothing_under_its_content(
+    here: Path, lightgauge: Run, write_scene: Write, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import trimesh
+
+    body = here / "body.ply"
+    write_scene(MESH)
+    trimesh.creation.icosphere(3, 0.3).export(body)
+    write = CheckCache.write
+
+    def write_and_replace(self: CheckCache, scene: Scene, check: Check, result: CheckResult) -> None:
+        write(self, scene, check, result)
+        if check.quantity == "coverage":
+            trimesh.creation.icosphere(3, 0.2).export(body)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(CheckCache, "write", write_and_replace)
+        outcome = lightgauge("run", "tiny.toml")
+    assert outcome.status == 3
+    assert "one of its files has been changed since the run began" in outcome.out
+    lightgauge("run", "tiny.toml")
+    assert is_cached(here) == [False] * 5

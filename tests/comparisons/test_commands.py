@@ -136,7 +136,8 @@ def test_a_clamped_truth_says_so_in_the_results_and_on_the_page(
     write_scene(("max_spp = 4096", "max_spp = 4096, clamp = 2.0"))
     assert lightgauge("run", "tiny.toml").status == 0
     assert "no sample counts for more than 2." in check_of(with_truth)["clamp"]
-    assert "The truth is clamped" in (with_truth / "report" / "index.html").read_text(encoding="utf-8")
+    (page,) = (with_truth / "report" / "checks").glob("tiny-indirect*.html")
+    assert "The truth is clamped" in page.read_text(encoding="utf-8")
 
 
 def test_explain_tells_which_integrator_suffices(lightgauge: Run, write_scene: Write) -> None:

@@ -101,7 +101,7 @@ def test_a_changed_image_is_judged_again(engine: tuple[Any, Any], lightgauge: Ca
 def test_parity_is_seen_by_depth(engine: tuple[Any, Any], lightgauge: Callable[..., Any]) -> None:
     outcome = lightgauge("compare", "mine.exr", *ASK, "--depth", "depth.exr")
     assert outcome.status == 0, outcome.err
-    assert "parity holds: distance along the viewing axis" in outcome.out
+    assert "parity of the subject holds: distance along the viewing axis" in outcome.out
 
 
 def test_distance_along_the_ray_is_converted(engine: tuple[Any, Any], lightgauge: Callable[..., Any]) -> None:
@@ -121,7 +121,7 @@ DEPTHS: dict[str, tuple[Callable[[Any], Any], str]] = {
     "upside down": (lambda z: z[::-1], "upside down"),
     "a depth buffer": (lambda z: 1 - 0.01 / z, "the linear distance, not what a depth buffer holds"),
     "nothing": (lambda z: np.full_like(z, np.inf), "no pixel of the subject has a depth"),
-    "half of it": (lambda z: np.where(np.arange(12)[:, None, None] < 6, z, 1e10), "judged pixels have a depth"),
+    "half of it": (lambda z: np.where(np.arange(12)[:, None, None] < 6, z, 1e10), "pixels of the subject have a depth"),
     "another size": (lambda z: z[:6, :8], "found 8 x 6 pixels"),
 }
 
@@ -138,8 +138,9 @@ def test_another_depth_stops_the_comparison(engine: tuple[Any, Any], lightgauge:
 
 BAD: dict[str, tuple[tuple[str, ...], str]] = {
     "no such metric": (("--budget", "nrms=1"), "unknown metric 'nrms'"),
-    "no number": (("--budget", "nrmse"), "METRIC=MAX with a number above 0"),
-    "a budget twice": (("--budget", "nrmse=1", "--budget", "nrmse=2"), "two budgets for nrmse"),
+    "no number": (("--budget", "nrmse"), "has no bound. Write METRIC=MAX"),
+    "a budget twice": (("--budget", "nrmse=1", "--budget", "nrmse=2"), "second for nrmse"),
+    "the layer of no depth": (("--depth-layer", "Z"), "Name that file, too, with --depth"),
     "a metric for exact truths": (("--budget", "max_abs=1"), "max_abs takes the truth as exact"),
     "no such layer": (("--layer", "Beauty"), "'Beauty' names none of them"),
     "no such color space": (("--color-space", "rec2020"), "invalid choice"),

@@ -147,7 +147,8 @@ def test_what_ignoring_caustics_costs_stands_in_results_and_report(here: Path, l
     variants = {v["quantity"]: v for v in results(here)["eye/cornea.anatomical_iris"]["variants"]}
     assert set(variants) == {"iris_radiance_flat", "iris_radiance_straight"}
     assert all(0.05 < v["low"] <= v["nrmse"] <= v["high"] < 1 for v in variants.values())
-    assert "What the truth would lose" in (here / "report" / "index.html").read_text(encoding="utf-8")
+    page = here / "report" / "checks" / "eye-cornea.anatomical_iris.html"
+    assert "What it would lose" in page.read_text(encoding="utf-8")
 
 
 def test_a_quantity_that_a_scene_does_not_have_is_bad_input(here: Path, lightgauge: Lightgauge) -> None:

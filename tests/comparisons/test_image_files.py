@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from comparisons.image_files import ImageFile, layers_of, read_image
+from comparisons.image_files import REC_709, ImageFile, layers_of, read_image
 from scenes import srgb
 from scenes.errors import ImageError
 from scenes.exr import write_exr
@@ -54,6 +54,23 @@ def write_png(path: Path, codes: Any, *, bits: int) -> Path:
 @pytest.fixture
 def read(tmp_path: Path) -> Callable[..., ImageFile]:
     return lambda path, channels=3, **options: read_image(path, channels, tmp_path / "kernels", **options)
+
+
+ACES = (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767)
+
+
+def test_colours_of_another_space_are_refused(tmp_path: Path, read: Callable[..., ImageFile]) -> None:
+    aces = write_channels(tmp_path / "aces.exr", rgb(COLOURS), chromaticities=ACES)
+    with pytest.raises(ImageError, match=r"white lie at \(0\.7347, 0\.2653\).*--color-space linear"):
+        read(aces)
+    assert np.array_equal(read(aces, color_space="linear").pixels, COLOURS), "the user knows better"
+    ours = write_channels(tmp_path / "ours.exr", rgb(COLOURS), chromaticities=REC_709)
+    assert np.array_equal(read(ours).pixels, COLOURS)
+
+
+def test_a_depth_has_no_colour_space(tmp_path: Path, read: Callable[..., ImageFile]) -> None:
+    depth = write_channels(tmp_path / "depth.exr", {"Z": COLOURS[..., 0]}, chromaticities=ACES)
+    assert np.array_equal(read(depth, 1, is_depth=True).pixels[..., 0], COLOURS[..., 0])
 
 
 @pytest.mark.parametrize("kind", ["float32", "float16"])

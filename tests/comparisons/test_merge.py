@@ -130,6 +130,7 @@ def test_shards_that_do_not_make_up_a_run_are_refused(judged: Path, run_shards: 
         (lambda found: found["checks"].clear(), "These scenes are not in exactly one of the shards: "),
         (lambda found: found["checks"][0].update(scene="new"), "These scenes are not in exactly one of the shards: "),
         (lambda found: found["checks"][0].pop("verdict"), "are those of another version, or damaged (KeyError"),
+        (lambda found: found.pop("jobs"), "are those of another version, or damaged (KeyError: 'jobs')"),
         (lambda found: found.update(shard="two"), "are those of another version, or damaged (InputError"),
         (lambda found: found.update(broken=[{"why": "?"}]), "are those of another version, or damaged (TypeError"),
     ],
@@ -166,3 +167,18 @@ def test_notes_of_the_shards_are_kept(run_shards: Shards) -> None:
     merged = merge([read_part(shard) for shard in shards])
     assert merged.notes == ("Dropped a block.",)
     assert merged.content["store_note"] == "Dropped a block."
+
+
+def test_shards_that_name_a_picture_alike_keep_both(judged: Path, lightgauge: Run) -> None:
+    for name, radius in (("room (1)", 0.32), ("room -1-", 0.3)):
+        text = (judged / "scenes" / "middle.toml").read_text(encoding="utf-8")
+        (judged / f"{name}.toml").write_text(text.replace("radius = 0.3\n", f"radius = {radius}\n"), encoding="utf-8")
+    run = ("run", "room (1).toml", "room -1-.toml", "-k", "depth", "-o")
+    for index in (1, 2):
+        lightgauge(*run, f"shard-{index}", "--shard", f"{index}/2")
+    lightgauge(*run, "whole")
+    assert lightgauge("merge", "shard-2", "shard-1", "-o", "merged").status == 0
+    assert results_of(judged / "merged") | TIMES == results_of(judged / "whole") | TIMES
+    assert pictures_of(judged / "merged") == pictures_of(judged / "whole")
+    shown = [path for check in results_of(judged / "merged")["checks"] for path in check["images"].values()]
+    assert sorted(shown) == sorted(pictures_of(judged / "merged"))

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from comparisons.budgets import GIVEN, parse_budgets
-from comparisons.own import SIGNED, Own, lender, load_techniques, origins_of
+from comparisons.budgets import GIVEN, SIGNED, parse_budgets
+from comparisons.own import Own, lender, load_techniques, origins_of
 from comparisons.places import places_of
 from comparisons.report.numbers import format_metric
 from realtime.shader import GLSL
@@ -179,7 +179,7 @@ def test_the_shader_of_the_docs_is_run_alone_and_with_others(after_a_run: Path, 
     assert mine["criteria"][0]["reason"] == GIVEN
     assert mine["card"]["source"].startswith("Box: the integrating sphere")
     assert mine["rerun"] == (
-        "lightgauge run tiny.toml -k mine.hemisphere --technique hemisphere.frag --budget nrmse=0.9"
+        "lightgauge run tiny.toml -k 'mine.hemisphere$' --technique hemisphere.frag --budget nrmse=0.9"
     )
     outcome = lightgauge("run", "tiny.toml", "--technique", "hemisphere.frag", "-k", "indirect_radiance", "-o", "both")
     assert {"tiny/mine.hemisphere", "tiny/indirect.irradiance[side=24]"} <= set(results_of(after_a_run, "both"))
@@ -328,3 +328,11 @@ def test_the_docs_name_all_that_a_shader_is_given() -> None:
     for name in names - hidden:
         assert re.search(rf"`[^`]*\b{name}\b[^`]*`", page), name
     assert parse_budgets(re.findall(r"--budget (\w+=[\d.-]+)", page)[:1])
+
+
+def test_a_name_that_begins_those_of_others_means_no_other_checks(after_a_run: Path, lightgauge: Run) -> None:
+    mine = after_a_run / "mine.frag"
+    text = HEMISPHERE.read_text(encoding="utf-8").replace('name = "mine.hemisphere"', 'name = "indirect"')
+    mine.write_text(text, encoding="utf-8")
+    lightgauge("run", "tiny.toml", "--technique", mine.name, "--budget", "nrmse=0.95")
+    assert [name for name in results_of(after_a_run) if "raster" not in name] == ["tiny/indirect"]

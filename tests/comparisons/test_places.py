@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from comparisons.parity import PARITY
 from comparisons.places import file_of, places_of
 from scenes.load import load_scene
@@ -30,3 +32,13 @@ def test_a_standard_check_stands_at_the_top_of_its_scene(write_scene: Callable[.
 def test_a_file_outside_the_current_folder_is_shown_in_full(here: Path, tmp_path_factory: object) -> None:
     assert shown_path(here / "below" / "a.toml") == str(Path("below", "a.toml"))
     assert shown_path(here.parent / "a.toml") == str(here.parent / "a.toml")
+
+
+@pytest.mark.parametrize("content", [None, "title = [[[ \n x y z", "title = "])
+def test_a_file_that_is_gone_or_broken_by_now_is_still_named(
+    write_scene: Callable[..., Path], content: str | None
+) -> None:
+    path = write_scene()
+    scene = load_scene(path)
+    path.unlink() if content is None else path.write_text(content, encoding="utf-8")
+    assert places_of(scene, scene.checks[0]) == ("tiny.toml:1",)

@@ -14,9 +14,10 @@ from hypothesis import strategies as st
 
 from comparisons.gate import CriterionResult, Verdict
 from comparisons.result import CheckResult, check_id, rerun_command
-from comparisons.results import commit, read_run, results_json
+from comparisons.results import commit, read_run, results_json, shown_by, with_pictures
 from comparisons.summary import closing_lines, line_of
 from reference.quantities import MODULES as QUANTITIES
+from reference.store import Store
 
 Run = Callable[..., Any]
 
@@ -208,3 +209,46 @@ def test_the_last_lines_say_what_is_not_fine_and_why() -> None:
 def test_results_hold_every_field(after_a_run: Path) -> None:
     _, results = read_run(after_a_run / "report" / "results.json")
     assert set(asdict(CheckResult.from_json(results["checks"][0]))) == CHECK_KEYS - {"id", "effect"}
+
+
+def files_of(folder: Path) -> dict[str, set[str]]:
+    return {part: {path.name for path in (folder / part).iterdir()} for part in ("checks", "images", "pixels")}
+
+
+def test_a_report_holds_its_own_checks_and_no_earlier_ones(after_a_run: Path, lightgauge: Run) -> None:
+    lightgauge("run", "tiny.toml", "-k", "depth", "-o", "apart")
+    mine = Path("report", "images", "mine-error.png")
+    mine.write_bytes(b"drawn by somebody else")
+    lightgauge("run", "tiny.toml", "-k", "depth")
+    assert mine.exists()
+    mine.unlink()
+    assert files_of(Path("report")) == files_of(Path("apart"))
+
+
+@pytest.mark.parametrize("path", ["../keep.txt", "keep.txt", "images/../keep.txt", "/keep.txt"])
+def test_only_what_lies_where_reports_have_pictures_is_ever_removed(tmp_path: Path, path: str) -> None:
+    results = {"checks": [{"id": "room/a", "images": {"truth": path, "error": "images/room-a-error.png"}}]}
+    (tmp_path / "results.json").write_text(json.dumps(results), encoding="utf-8")
+    assert shown_by(tmp_path) == {"checks/room-a.html", "images/room-a-error.png"}
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", '{"checks": [{}]}', '{"checks": 3}', '{"checks": [{"id": 1, "images": 2}]}']
+)
+def test_a_damaged_earlier_run_shows_nothing(tmp_path: Path, text: str) -> None:
+    (tmp_path / "results.json").write_text(text, encoding="utf-8")
+    assert shown_by(tmp_path) == set()
+
+
+def test_checks_whose_names_make_the_same_file_name_have_pictures_of_their_own(
+    make_judged: Callable[..., dict[str, Any]], tmp_path: Path
+) -> None:
+    for name in ("one.png", "two.png"):
+        (tmp_path / name).write_text(name, encoding="utf-8")
+    (tmp_path / "images").mkdir()
+    named = [
+        CheckResult.from_json(make_judged(scene=scene, technique=technique, images={"truth": image}))
+        for scene, technique, image in (("a", "b-c", "one.png"), ("a-b", "c", "two.png"))
+    ]
+    shown = with_pictures(tmp_path, Store(tmp_path), named)
+    assert [(tmp_path / one.images["truth"]).read_text(encoding="utf-8") for one in shown] == ["one.png", "two.png"]

@@ -1,8 +1,9 @@
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from realtime.context import GL_VERSION, environment_choice, make_context, renderer_name
+from realtime.context import GL_VERSION, _installed, environment_choice, make_context, renderer_name
 from scenes.errors import NoGraphics
 
 if TYPE_CHECKING:
@@ -38,3 +39,23 @@ def test_the_choice_of_a_driver_is_part_of_what_an_image_depends_on(monkeypatch:
     assert environment_choice()["GLCONTEXT_DEVICE_INDEX"] == "1"
     monkeypatch.delenv("GLCONTEXT_DEVICE_INDEX")
     assert "GLCONTEXT_DEVICE_INDEX" not in environment_choice()
+
+
+def test_so_are_the_drivers_and_devices_that_are_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A store may be shared by machines, or outlive an update of the driver."""
+    driver = tmp_path / "swrast_dri.so"
+    driver.write_bytes(b"one")
+    monkeypatch.setattr("realtime.context.DRIVERS", (f"{tmp_path}/*_dri.so",))
+    monkeypatch.setattr("realtime.context.DEVICES", (f"{tmp_path}/card*",))
+
+    def found() -> str:
+        _installed.cache_clear()
+        return environment_choice()["installed"]
+
+    before = found()
+    assert found() == before
+    driver.write_bytes(b"three")
+    updated = found()
+    (tmp_path / "card0").touch()
+    assert len({before, updated, found()}) == 3
+    _installed.cache_clear()

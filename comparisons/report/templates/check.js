@@ -19,7 +19,7 @@ if (chosen) {
 const KEY_STEPS = { j: step.next, k: step.prev, o: step.back };
 addEventListener("keydown", event => {
   const isElsewhere = event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey;
-  if (isElsewhere || event.target.closest?.("input, select, textarea, [data-keys]")) return;
+  if (isElsewhere || event.target.closest?.("input, select, textarea")) return;
   if (KEY_STEPS[event.key]?.hasAttribute("href")) KEY_STEPS[event.key].click();
 });
 

@@ -78,7 +78,7 @@ if (form) {
   const readAddress = () => {
     const wanted = readSelection(location.hash);
     if (wanted) show(wanted);
-    if (location.hash === "#parity") parity.open = true;
+    if (parity && location.hash === "#parity") parity.open = true;
     return wanted !== null;
   };
   addEventListener("hashchange", () => { if (readAddress()) reveal(); });

@@ -328,8 +328,9 @@ const lightgauge = (() => {
     const visible = () => (state.layout === "side" ? available : [state.shown]);
     const gain = () => check.exposure * 2 ** state.stops;
     const isSmooth = () => state.smooth && can.smooth;
+    const isRelative = () => state.relative && can.relative;
     const tileRange = () => 2 ** state.scale * check.errorScale;
-    const errorRange = () => tileRange() / (state.relative ? errors.typical : 1);
+    const errorRange = () => tileRange() / (isRelative() ? errors.typical : 1);
     const fitted = ({ width, height }) => {
       const largest = Math.min(width / check.width, height / check.height) * devicePixelRatio;
       return (largest >= 1 ? Math.floor(largest) : largest) / devicePixelRatio;
@@ -475,7 +476,7 @@ const lightgauge = (() => {
         floats: { gain: gain(), errorScale: errorRange(), tileScale: tileRange() },
         whole: {
           tone: CHOICES.tone.indexOf(state.tone), colour: can.colour ? CHOICES.colour.indexOf(state.colour) : 0,
-          relative: state.relative, smoothly: isSmooth(), unjudgedToo: state.all,
+          relative: isRelative(), smoothly: isSmooth(), unjudgedToo: state.all,
         },
       };
       pens.clearRect(0, 0, canvas.width, canvas.height);
@@ -546,7 +547,7 @@ const lightgauge = (() => {
       const { diverging, magma, viridis } = check.colours, unit = unitOf(check), white = 1 / gain();
       const percent = short(100 * errorRange()), size = short(tileRange());
       if (name === "flip") return { colours: magma, ticks: ["0, not visible", "1"] };
-      if (name === "error" && state.relative) return { colours: diverging, ticks: [`−${percent} %`, "0", `+${percent} %`] };
+      if (name === "error" && isRelative()) return { colours: diverging, ticks: [`−${percent} %`, "0", `+${percent} %`] };
       if (name === "error" || name === "significance") return { colours: diverging, ticks: [`−${size}`, "0", `+${size}${unit}`] };
       if (state.colour === "off" || !can.colour) return { colours: null, ticks: [shownAs(white)] };
       const black = state.colour === "log" ? [short(white / 10 ** DECADES), "logarithmic"] : ["0"];
@@ -682,14 +683,19 @@ const lightgauge = (() => {
       turned = 0;
     }, { passive: false });
 
-    function follow() {
-      const told = stateOf(location.hash, check, available), [x, y] = told?.pixel ?? [(check.width - 1) / 2, (check.height - 1) / 2];
+    function follow(hash = location.hash) {
+      const told = stateOf(hash, check, available), [x, y] = told?.pixel ?? [(check.width - 1) / 2, (check.height - 1) / 2];
       if (told) set({ ...DEFAULTS, x: x + 0.5, y: y + 0.5, ...told });
     }
     root.hidden = false;
     draw();
     follow();
-    addEventListener("hashchange", follow);
+    addEventListener("hashchange", () => follow());
+    // Elsewhere on the page, a link to a pixel leads back to the images, again and again.
+    document.addEventListener("click", event => {
+      const link = event.target.closest("a[href^='#pixel=']");
+      if (link) { follow(link.hash); root.scrollIntoView(); }
+    });
     new ResizeObserver(() => requestAnimationFrame(draw)).observe(stage);
     return { check, errors, state, set };
   }

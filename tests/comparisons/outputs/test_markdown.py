@@ -75,6 +75,17 @@ def test_reasons_and_commands_are_at_hand(bad_run: dict[str, Any]) -> None:
         assert part in text
 
 
+def test_a_reason_ends_with_one_full_stop(make_judged: Make, make_run: Make) -> None:
+    results = make_run(make_judged(0.3, verdict="FAIL", reason="Below this it is not seen."))
+    assert "The budget's reason: Below this it is not seen.\n" in summary(results)
+
+
+def test_each_fault_of_a_scene_stands_on_its_own_line(make_judged: Make, make_run: Make) -> None:
+    broken = [{"argument": "ruin.toml", "message": "ruin.toml:3: no such key\nruin.toml:9: no such lamp"}]
+    text = summary(make_run(make_judged(), broken=broken))
+    assert "| `ruin.toml` | ruin.toml:3: no such key<br>ruin.toml:9: no such lamp |" in text
+
+
 def test_techniques_stand_by_effect_the_best_first(make_judged: Make, make_run: Make) -> None:
     results = make_run(
         make_judged(0.15, technique="indirect.talk"), make_judged(0.01), make_judged(0.05, scene="hall"), commit=None

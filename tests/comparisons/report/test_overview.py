@@ -244,6 +244,24 @@ def test_parity_opens_when_only_it_matches_or_when_it_is_asked_for(page: Any) ->
     page.wait_for("document.getElementById('parity').open")
 
 
+def test_a_link_to_parity_does_no_harm_where_there_is_none(
+    tmp_path: Path, make_results: Make, make_check: Make, open_page: Callable[..., Any]
+) -> None:
+    write_report(tmp_path, make_results(make_check(images={})))
+    page = open_page(tmp_path / "index.html", fragment="#parity")
+    assert count(page) == "1 of 1 checks"
+    assert page.problems() == []
+
+
+def test_each_fault_of_a_scene_stands_on_its_own_line(
+    tmp_path: Path, make_results: Make, make_check: Make, open_page: Callable[..., Any]
+) -> None:
+    broken = [{"argument": "ruin.toml", "message": "ruin.toml:3: no such key\nruin.toml:9: no such lamp"}]
+    write_report(tmp_path, make_results(make_check(images={}), broken=broken))
+    page = open_page(tmp_path / "index.html")
+    assert page.text(".callout.ERROR").splitlines() == ["ruin.toml:3: no such key", "ruin.toml:9: no such lamp"]
+
+
 @pytest.mark.parametrize("width", [1400, 1000, 620])
 def test_nothing_is_wider_than_the_window(folder: Path, open_page: Callable[..., Any], width: int) -> None:
     page = open_page(folder / "index.html", width)

@@ -90,6 +90,13 @@ def test_other_renderers_are_left_out(plot: Plot) -> None:
     assert "llvmpipe" in {text.text for text in root.iter(f"{SVG}text")}
 
 
+def test_a_newest_run_that_drew_nothing_hides_none_of_those_before(plot: Plot) -> None:
+    other = "NVIDIA H200/PCIe/SSE2, OpenGL 4.3"
+    root = plot({"value": 0.1, "gl_renderer": other}, {"value": 0.1}, {"verdict": "ERROR", "gl_renderer": None})
+    assert len(marks(root, "point")) == 1
+    assert any("ERROR" in (path.findtext(f"{SVG}title") or "") for path in root.iter(f"{SVG}path"))
+
+
 def test_each_metric_has_a_panel(entries: Callable[..., tuple[Entry, ...]]) -> None:
     found = entries({"value": 0.1}, {"value": 0.2, "metric": "energy_bias", "min": -0.3, "max": 0.3})
     texts = {text.text for text in ET.fromstring(trend_plot(found)).iter(f"{SVG}text")}

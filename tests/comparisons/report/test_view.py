@@ -76,6 +76,13 @@ def test_scenes_that_could_not_be_read_are_told(make_results: Make, make_check: 
     assert page.rest == "1 scene could not be read, and is not judged."
 
 
+def test_a_run_with_a_scene_that_could_not_be_read_is_no_pass(make_results: Make, make_check: Make) -> None:
+    broken = [{"argument": "kitchen.toml", "scene": "kitchen", "message": "kitchen.toml:3: no such key"}]
+    page = overview_of(make_results(make_check(), make_check(scene="hall"), broken=broken))
+    assert page.verdict == "ERROR"
+    assert page.sentence == "2 checks hold their budget, but 1 scene could not be read."
+
+
 def test_parity_checks_are_apart(make_results: Make, make_check: Make) -> None:
     page = overview_of(make_results(make_check(quantity="depth"), make_check(), make_check(quantity="emission")))
     assert [view.raw["quantity"] for view in page.checks] == ["indirect_radiance"]

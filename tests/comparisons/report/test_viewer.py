@@ -661,6 +661,16 @@ def test_a_link_to_a_pixel_has_it_in_the_middle(folder: Path, opened: Callable[.
     assert [viewer.state(key) for key in ("x", "y", "pixel")] == [WIDTH / 2, HEIGHT / 2, None]
 
 
+def test_a_link_further_down_brings_the_pixel_into_sight_each_time(viewer: Viewer) -> None:
+    below = "<p style='height: 3000px'></p><a id='worst' href='#pixel=3,4'>worst</a>"
+    viewer.page.evaluate(f"document.body.insertAdjacentHTML('beforeend', {json.dumps(below)})")
+    for _ in range(2):
+        viewer.page.click("#worst")
+        viewer.page.wait_for("Math.abs(document.querySelector('.viewer').getBoundingClientRect().top) < 40")
+        assert viewer.state("pixel") == [3, 4]
+        viewer.page.evaluate("lightgauge.viewer.set({pixel: [0, 0]})")
+
+
 @pytest.mark.parametrize(
     "fragment", ["#overview", "#layout=upside&tone=9&zoom=none&at=x,y&pixel=1&stops=&shown=sigma&wipe=NaN", "#%E0%A4%A"]
 )
@@ -838,6 +848,10 @@ def test_other_quantities_look_like_their_pictures(
     words = " ".join(viewer.page.evaluate(visible))
     assert ("Exposure" in words, "relative" in words, "False colour" in words) == (has_size,) * 3
     assert "Tones" not in words
+    ticks = "document.querySelector('[data-pane=error] .viewer-ticks').textContent.includes('%')"
+    viewer.page.evaluate("location.hash = '#relative=true'")
+    viewer.page.wait_for("lightgauge.viewer.state.relative")
+    assert viewer.page.evaluate(ticks) is has_size
     assert "smoothed" not in words
     viewer.press("4", "5")
     assert viewer.state("layout") == "side", "there is no such image"
