@@ -66,6 +66,7 @@ def case_of(scene: str | Path, folder: Path, asked: Asked) -> Case:
     InputError
         There is no such scene or technique, or it is not clear which check or which budgets are meant.
     """
+    _require_tables(asked)
     quantity = technique(asked.technique).approximates
     named = find_scene(str(scene))
     path = folder / named
@@ -83,6 +84,14 @@ def case_of(scene: str | Path, folder: Path, asked: Asked) -> Case:
     if faults:
         raise InputError("\n".join(faults))
     return Case(request, check, asked.given)
+
+
+def _require_tables(asked: Asked) -> None:
+    examples = {"settings": "{'side': 24}", "max": "{'nrmse': 0.05}", "min": "{'energy_bias': -0.1}"}
+    for name, example in examples.items():
+        found = getattr(asked, name)
+        if not isinstance(found, Mapping | None):
+            raise InputError(f"{name}: found {found!r:.60}; allowed is a dict by name, as in {name}={example}.")
 
 
 def _meant(scene: Scene, asked: Asked) -> Check | None:

@@ -229,7 +229,7 @@ class Lightgauge:
         from comparisons.pytest_asked import Asked, case_of
         from scenes.errors import LightgaugeError
 
-        asked = Asked(technique, settings, fit_exposure, max or {}, min or {})
+        asked = Asked(technique, settings, fit_exposure, {} if max is None else max, {} if min is None else min)
         try:
             load_techniques(self._item.config)
             with _where_pytest_began(self._item.config):

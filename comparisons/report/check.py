@@ -24,6 +24,7 @@ from scenes.errors import InputError
 PARITY = "parity"
 SEVERITY = {"ERROR": 0, "FAIL": 1, "REGRESSED": 2, "INCONCLUSIVE": 3, "PASS": 4}
 GLYPHS = {"ERROR": "!", "FAIL": "✕", "REGRESSED": "↗", "INCONCLUSIVE": "?", "PASS": "✓"}
+DECIDED = ("PASS", "FAIL", "REGRESSED")
 STEADY = 0.02
 """A change of the error by less than this share is shown without an arrow."""
 
@@ -57,7 +58,8 @@ class CheckView:
     """One check in words. `raw` are its results as they stand; `name` is that of its page.
 
     `how` tells checks of one technique apart: its settings, and whether its exposure is fitted. If `tested`, there is a
-    picture of significance. `saved` is how many times as many samples a truth of fixed size takes, None for exact ones.
+    picture of significance. `saved` is how many times as many samples a truth of fixed size takes, None for exact ones
+    and where nothing was decided.
     """
 
     name: str
@@ -119,7 +121,6 @@ def check_of(number: int, raw: Results, name: str) -> CheckView:
     limits = (raw.get("card") or {}).get("limits") or ()
     radiance = raw.get("display", "radiance") == "radiance"
     settings = _settings(raw)
-    fixed, spent = raw.get("spp_fixed") or 0, raw.get("spp") or 0
     return CheckView(
         name=name,
         raw=raw,
@@ -141,7 +142,7 @@ def check_of(number: int, raw: Results, name: str) -> CheckView:
         variants=tuple(_variant(variant) for variant in raw.get("variants") or ()),
         passes=_passes(raw.get("pass_seconds") or {}),
         samples=_samples(raw),
-        saved=fixed / spent if fixed and spent else None,
+        saved=_saved(raw),
         worst=pixel_of(raw),
     )
 
@@ -219,15 +220,22 @@ def _passes(seconds: Mapping[str, float]) -> tuple[PassView, ...]:
     return tuple(PassView(name, format_seconds(taken), round(taken / longest, 3)) for name, taken in seconds.items())
 
 
+def _saved(raw: Results) -> float | None:
+    fixed, spent = raw.get("spp_fixed"), raw.get("spp")
+    return fixed / spent if fixed and spent and raw["verdict"] in DECIDED else None
+
+
 def _samples(raw: Results) -> str:
-    """What the truth cost, and what a truth of fixed size would have."""
-    spent, fixed = raw.get("spp"), raw.get("spp_fixed")
+    """What the truth cost, what a truth of fixed size would have, and what the pictures rest on."""
+    spent, fixed, shown = raw.get("spp"), raw.get("spp_fixed"), raw.get("spp_shown") or 0
     if not spent:
         return ""
-    taken = (
-        f"{format_count(spent)} spp for the verdict, in {format_seconds((raw.get('seconds') or {}).get('reference'))}"
-    )
-    if not fixed:
-        return taken
-    times = f": {format_number(fixed / spent, trim=True)} times as many" if fixed > spent else ""
-    return f"{taken}; a truth of fixed size, as certain, takes {format_count(fixed)}{times}"
+    is_decided = raw["verdict"] in DECIDED
+    purpose = "for the verdict" if is_decided else "without a verdict"
+    parts = [f"{format_count(spent)} spp {purpose}, in {format_seconds((raw.get('seconds') or {}).get('reference'))}"]
+    if fixed and is_decided:
+        times = f": {format_number(fixed / spent, trim=True)} times as many" if fixed > spent else ""
+        parts.append(f"a truth of fixed size, as certain, takes {format_count(fixed)}{times}")
+    if shown > spent:
+        parts.append(f"pictures and the worst pixel show all {format_count(shown)} spp that the store holds")
+    return "; ".join(parts)

@@ -25,6 +25,11 @@ MARKS = (
 MOST_SERIES = len(COLOURS) * len(MARKS)
 """Each series has a pair of colour and mark of its own."""
 
+LONGEST_NAME = 20
+"""Characters of a series that the legend surely has room for; a longer name is squeezed into `LEGEND_WIDTH`."""
+
+LEGEND_WIDTH = 138.0
+
 MUTED_MARK = "M-3,-3L3,3M-3,3L3,-3"
 
 
@@ -164,7 +169,8 @@ def _paint(colour: str, *, is_hollow: bool, is_muted: bool) -> str:
 def _legend(name: str, mark: str, colour: str, height: float) -> str:
     across = WIDTH - RIGHT + 16
     paint = _paint(colour, is_hollow=False, is_muted=mark == MUTED_MARK)
+    fit = f' textLength="{LEGEND_WIDTH:g}" lengthAdjust="spacingAndGlyphs"' if len(name) > LONGEST_NAME else ""
     return (
         f'<path d="{mark}" transform="translate({across:g} {height:g})" {paint}/>'
-        f'<text x="{across + 12:g}" y="{height + 4:g}">{escape(name)}</text>'
+        f'<text x="{across + 12:g}" y="{height + 4:g}"{fit}>{escape(name)}</text>'
     )

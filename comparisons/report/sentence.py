@@ -23,8 +23,7 @@ def sentence_of(views: Sequence[CheckView], broken: int) -> str:
     if len(passing) < len(views):
         return f"{len(passing)} of {total} {'holds its' if len(passing) == 1 else 'hold their'} budget."
     if broken:
-        held = f"{total} {'holds its' if len(views) == 1 else 'hold their'} budget"
-        return f"{held}, but {_scenes(broken)} could not be read."
+        return f"{total} {'holds its' if len(views) == 1 else 'hold their'} budget, but not all scenes could be read."
     if len(views) == 1:
         return f"The only check holds its budget: {_extreme(views)}."
     return f"All {total} hold their budgets; closest to its budget: {_extreme(views)}."
@@ -47,12 +46,8 @@ def rest_of(counts: Mapping[str, int], broken: int) -> str:
     if errors := counts["ERROR"]:
         texts.append(f"{errors} could not be judged.")
     if broken:
-        texts.append(f"{_scenes(broken)} could not be read, and {_is(broken)} not judged.")
+        texts.append(f"{broken} scene{'' if broken == 1 else 's'} could not be read, and {_is(broken)} not judged.")
     return " ".join(texts)
-
-
-def _scenes(count: int) -> str:
-    return f"{count} scene{'' if count == 1 else 's'}"
 
 
 def _is(count: int) -> str:

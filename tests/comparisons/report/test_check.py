@@ -70,6 +70,20 @@ def test_saved_samples_are_those_of_a_truth_of_fixed_size(make_check: Make) -> N
     assert (exact.saved, exact.samples) == (None, "")
 
 
+@pytest.mark.parametrize("verdict", ["INCONCLUSIVE", "ERROR"])
+def test_where_nothing_was_decided_nothing_was_saved(make_check: Make, verdict: str) -> None:
+    view = check_of(1, make_check(verdict=verdict), "a")
+    assert view.saved is None
+    assert view.samples.startswith("4\u202f096 spp without a verdict")
+    assert "fixed size" not in view.samples
+
+
+def test_pictures_of_more_samples_than_the_verdict_took_say_so(make_check: Make) -> None:
+    told = "pictures and the worst pixel show all 9\u202f000 spp that the store holds"
+    assert check_of(1, make_check(spp_shown=9000), "a").samples.endswith(told)
+    assert "pictures" not in check_of(1, make_check(spp_shown=4096), "a").samples
+
+
 def test_the_worst_pixel_in_numbers(make_check: Make) -> None:
     pixel = check_of(1, make_check(), "a").worst
     assert pixel is not None

@@ -3,7 +3,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from comparisons.report.plot import COLOURS, MOST_SERIES, MUTED_MARK, Point, Series, loglog_plot
+from comparisons.report.plot import COLOURS, LEGEND_WIDTH, MOST_SERIES, MUTED_MARK, Point, Series, loglog_plot
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -46,6 +46,13 @@ def test_series_differ_by_colour_and_mark_and_are_named() -> None:
     marks = {(path.attrib["d"], path.attrib["fill"]) for path in root.findall(f"{SVG}path") if "fill" in path.attrib}
     assert len(marks) == len({d for d, _ in marks}) == len({fill for _, fill in marks}) == len(COLOURS)
     assert {f"technique {i}" for i in range(6)} <= {text.text for text in root.findall(f"{SVG}text")}
+
+
+def test_a_name_that_is_too_long_for_the_legend_is_squeezed_into_it() -> None:
+    root = drawn(*(Series(name, [Point(1, 1)]) for name in ("my_hemisphere_with_many_bounces", "indirect.probe")))
+    fits = {text.text: text.attrib.get("textLength") for text in root.findall(f"{SVG}text")}
+    assert fits["my_hemisphere_with_many_bounces"] == f"{LEGEND_WIDTH:g}"
+    assert fits["indirect.probe"] is None
 
 
 def test_as_many_series_as_may_be_drawn_look_different() -> None:

@@ -80,7 +80,7 @@ def test_a_run_with_a_scene_that_could_not_be_read_is_no_pass(make_results: Make
     broken = [{"argument": "kitchen.toml", "scene": "kitchen", "message": "kitchen.toml:3: no such key"}]
     page = overview_of(make_results(make_check(), make_check(scene="hall"), broken=broken))
     assert page.verdict == "ERROR"
-    assert page.sentence == "2 checks hold their budget, but 1 scene could not be read."
+    assert page.sentence == "2 checks hold their budget, but not all scenes could be read."
 
 
 def test_parity_checks_are_apart(make_results: Make, make_check: Make) -> None:

@@ -1,5 +1,6 @@
 """Every control of the viewer, used in a real browser as a person would; what it does is read off the display."""
 
+import json
 import math
 import shutil
 from collections.abc import Callable, Iterator
