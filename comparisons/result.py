@@ -96,7 +96,7 @@ def check_id(technique: str, settings: dict[str, Any], fit_exposure: bool) -> st
 
 def rerun_command(scene_argument: str, check: str, *options: str) -> str:
     """What runs a check again, and no other but parity; `check` is its name within the scene."""
-    return shlex.join(["lightgauge", "run", scene_argument, "-k", quoted(f"{check}$"), *options])
+    return shlex.join(["lightgauge", "run", scene_argument, "-k", quoted(f"/{check}$"), *options])
 
 
 def card_of(technique: Technique) -> dict[str, str]:

@@ -51,7 +51,7 @@ def technique(name: str) -> Technique:
         return OWN[name]
     if name not in MODULES:
         unknown = unknown_name("technique", name, (*MODULES, *OWN))
-        raise InputError(f"{unknown} If it is your own, name its file with --technique.")
+        raise InputError(f"{unknown} If it is your own, name its file with --technique, or in pytest with lightgauge_techniques.")
     found: Technique = importlib.import_module(MODULES[name]).TECHNIQUES[name]
     return found
 

@@ -164,7 +164,7 @@ def test_a_path_with_a_space_is_quoted_in_the_command_to_repeat(
     write_scene(name="my scene")
     assert lightgauge("run", "my scene.toml").status == 0
     checks = json.loads((after_a_run / "report" / "results.json").read_text())["checks"]
-    assert checks[0]["rerun"] == "lightgauge run 'my scene.toml' -k 'raster.normal$'"
+    assert checks[0]["rerun"] == "lightgauge run 'my scene.toml' -k '/raster.normal$'"
 
 
 def test_a_report_is_written_again_from_its_results(after_a_run: Path, lightgauge: Run) -> None:

@@ -187,7 +187,7 @@ def test_a_failure_tells_all_that_is_needed_to_act_on_it(here: Path, write: Writ
             f"error         {pictures[2]}",
             "report        .lightgauge/pytest-report/index.html, written at the end of the session",
             f"again         pytest 'tiny.toml::{JUDGED.replace('[', '[[]')}'",
-            "again         lightgauge run tiny.toml -k 'indirect.irradiance[[]side=24]$'",
+            "again         lightgauge run tiny.toml -k '/indirect.irradiance[[]side=24]$'",
             "4 PASS, 1 FAIL. Report: *",
             "FAILED tiny.toml::* - FAIL nrmse *",
         ],

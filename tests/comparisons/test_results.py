@@ -165,8 +165,8 @@ def test_the_name_of_a_check_tells_what_sets_it_apart(settings: dict[str, Any], 
 
 
 def test_the_command_to_repeat_a_check_can_be_pasted_into_a_shell() -> None:
-    assert rerun_command("knot", "raster.depth") == "lightgauge run knot -k 'raster.depth$'"
-    assert rerun_command("my scene.toml", "t") == "lightgauge run 'my scene.toml' -k 't$'"
+    assert rerun_command("knot", "raster.depth") == "lightgauge run knot -k '/raster.depth$'"
+    assert rerun_command("my scene.toml", "t") == "lightgauge run 'my scene.toml' -k '/t$'"
 
 
 JUDGED = CriterionResult("nrmse", 0.1, 0.09, 0.11, None, 0.08, Verdict.FAIL, "a reason", "a note")

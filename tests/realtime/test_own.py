@@ -293,7 +293,7 @@ def test_passes_that_make_no_plan_are_refused_before_anything_is_drawn(
 
 
 def test_an_unknown_name_may_be_one_of_the_users(write: Callable[..., Path]) -> None:
-    with pytest.raises(InputError, match=r"If it is your own, name its file with --technique\."):
+    with pytest.raises(InputError, match=r"If it is your own, name its file with --technique,"):
         technique("mine.fill")
     load_own(write())
     with pytest.raises(InputError, match=r"Did you mean 'mine\.fill'\?"):
