@@ -51,7 +51,8 @@ def technique(name: str) -> Technique:
         return OWN[name]
     if name not in MODULES:
         unknown = unknown_name("technique", name, (*MODULES, *OWN))
-        raise InputError(f"{unknown} If it is your own, name its file with --technique, or in pytest with lightgauge_techniques.")
+        own = "If it is your own, name its file with --technique, or in pytest with lightgauge_techniques."
+        raise InputError(f"{unknown} {own}")
     found: Technique = importlib.import_module(MODULES[name]).TECHNIQUES[name]
     return found
 
