@@ -70,6 +70,7 @@ def _files(overview: Overview, history: "History | None") -> Iterator[tuple[str,
     for asset in sorted(TEMPLATES.iterdir()):
         if asset.suffix in ASSETS:
             yield f"assets/{asset.name}", asset.read_text(encoding="utf-8")
+    yield "assets/controls.js", controls_script()
     keys = ",\n".join(json.dumps(keys_of(view), separators=(",", ":")) for view in overview.all)
     yield "assets/checks.js", f'"use strict";\nconst CHECKS = [\n{keys}\n];\n'
     environment = _environment()
@@ -88,6 +89,11 @@ def _files(overview: Overview, history: "History | None") -> Iterator[tuple[str,
             ),
         )
     yield "index.html", environment.get_template("index.html").render(page=overview)
+
+
+def controls_script() -> str:
+    """The script that brings the controls of the viewer: one for all checks."""
+    return f"lightgauge.controls = {json.dumps(_environment().get_template('controls.html').render())};\n"
 
 
 def _trend(view: CheckView, history: "History | None") -> str:

@@ -700,10 +700,15 @@ const lightgauge = (() => {
     return { check, errors, state, set };
   }
 
-  // Called by pixels/STEM.js. `ready` is fulfilled when the viewer is there, or its place is left to the pictures.
+  // Called by pixels/STEM.js, after assets/controls.js has set `controls`, the markup of the viewer. `ready` is fulfilled when the viewer is there, or its place is left to the pictures.
   async function show(data) {
     const root = find(".viewer", document), failed = find(".viewer-failed", document);
     try {
+      root.innerHTML = lightgauge.controls;
+      for (const pane of all(".viewer-pane", root)) {
+        const what = `${find("figcaption", pane).textContent} of ${root.dataset.title}`;
+        find(".viewer-image", pane).setAttribute("aria-label", what);
+      }
       lightgauge.viewer = viewerOf(root, await decoded(data));
       find(".viewer-static", document).hidden = true;
     } catch (error) {
@@ -713,5 +718,5 @@ const lightgauge = (() => {
         + "below are complete. Another browser, or hardware acceleration in the settings of this one, would show more.";
     }
   }
-  return { viewer: null, ready: null, show: data => { lightgauge.ready = show(data); } };
+  return { viewer: null, ready: null, controls: "", show: data => { lightgauge.ready = show(data); } };
 })();

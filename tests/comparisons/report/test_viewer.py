@@ -16,6 +16,7 @@ from PIL import Image as Picture
 import comparisons.report
 from comparisons.metrics import Samples
 from comparisons.metrics.flip import flip_image
+from comparisons.report.page import controls_script
 from comparisons.report.pictures import DIVERGING, MAGMA, NOT_A_NUMBER, NOT_JUDGED, VIRIDIS, write_pictures
 from comparisons.report.pixels import write_pixels
 from comparisons.significance import significance
@@ -32,7 +33,7 @@ PAGE = """<!doctype html>
 <style>body { margin: 1rem; background: Canvas; color: CanvasText; }</style></head><body>
 {% from "viewer.html" import viewer %}
 {% call viewer("radiance of room") %}<img src="images/room-truth.png" alt="The truth">{% endcall %}
-<script src="assets/viewer.js"></script><script src="pixels/room.js"></script>
+<script src="assets/viewer.js"></script><script src="assets/controls.js"></script><script src="pixels/room.js"></script>
 </body></html>"""
 
 Array = NDArray[Any]
@@ -71,6 +72,7 @@ def write_page(folder: Path) -> None:
     (folder / "assets").mkdir(parents=True)
     for name in ("viewer.js", "viewer.css"):
         shutil.copy(TEMPLATES / name, folder / "assets" / name)
+    (folder / "assets" / "controls.js").write_text(controls_script(), encoding="utf-8")
     environment = Environment(loader=FileSystemLoader(TEMPLATES), autoescape=True)
     (folder / "check.html").write_text(environment.from_string(PAGE).render(), encoding="utf-8")
 
@@ -786,7 +788,11 @@ def test_nothing_comes_from_a_network(folder: Path, opened: Callable[..., Viewer
     Viewer(page)
     asked = [event["params"] for event in page.browser.events if event["method"] == "Network.requestWillBeSent"]
     addresses = [params["request"]["url"] for params in asked]
-    assert [address.rpartition("/")[2] for address in addresses if address.endswith(".js")] == ["viewer.js", "room.js"]
+    assert [address.rpartition("/")[2] for address in addresses if address.endswith(".js")] == [
+        "viewer.js",
+        "controls.js",
+        "room.js",
+    ]
     assert all(address.startswith(("file:", "data:")) for address in addresses)
 
 
