@@ -1,12 +1,11 @@
 """What a failed test says about its check, and what it leaves in pytest's own JUnit XML."""
 
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 from comparisons.gate import CriterionResult, Verdict
-from comparisons.report.numbers import format_number
+from comparisons.report.pixel import pixel_text
 from comparisons.result import CheckResult
 from comparisons.summary import numbers_of
 from scenes.paths import shown_path
@@ -46,7 +45,7 @@ def _rows(result: CheckResult, report: Path, again: Sequence[str]) -> Iterator[t
     if result.criteria:
         yield from (("", line) for line in result.message.splitlines())
     if result.worst is not None:
-        yield "worst pixel", _pixel(result.worst, result.unit)
+        yield "worst pixel", pixel_text(result.worst, result.unit)
     for name, called in PICTURES.items():
         if name in result.images:
             yield called, shown_path(report / result.images[name])
@@ -59,15 +58,6 @@ def _origin(c: CriterionResult) -> str:
     """Where a budget is written and why it is so."""
     where = f'{c.place}, for "{c.renderer}"' if c.renderer else c.place
     return f"{where}: {c.reason}{f'; {c.note}' if c.note else ''}"
-
-
-def _pixel(worst: Mapping[str, Any], unit: str) -> str:
-    truth = [
-        format_number(value) + (f" ± {format_number(sigma)}" if sigma else "")
-        for value, sigma in zip(worst["truth"], worst["sigma"], strict=True)
-    ]
-    values = f"real-time {', '.join(map(format_number, worst['realtime']))}; truth {', '.join(truth)}"
-    return f"({worst['x']}, {worst['y']}) from the top left: {values}{'' if unit == '1' else f' {unit}'}"
 
 
 def lightgauge_command(result: CheckResult, store: Path) -> str:

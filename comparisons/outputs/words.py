@@ -6,7 +6,7 @@ from pathlib import Path
 
 from comparisons.report.check import CheckView
 from comparisons.report.criterion import CriterionView
-from comparisons.report.numbers import format_number
+from comparisons.report.pixel import pixel_text
 from comparisons.report.view import Overview
 
 PICTURES = ("error", "realtime", "truth", "flip", "significance")
@@ -62,13 +62,7 @@ def worst_pixel_text(view: CheckView) -> str:
     worst = view.raw.get("worst")
     if not worst:
         return ""
-    realtime, truth, sigma = (_tuple(worst[key]) for key in ("realtime", "truth", "sigma"))
-    noise = f" ± {sigma}" if any(worst["sigma"]) else ""
-    unit = view.raw.get("unit") or "1"
-    return (
-        f"Worst pixel: x {worst['x']}, y {worst['y']} from the top left, real-time {realtime}, truth {truth}{noise}"
-        f"{'' if unit == '1' else f' {unit}'}"
-    )
+    return f"worst pixel {pixel_text(worst, view.raw.get('unit') or '1')}"
 
 
 def pictures_of(view: CheckView, folder: Path) -> Iterator[tuple[str, Path]]:
@@ -93,8 +87,3 @@ def shortfall(overview: Overview, least: int | None) -> str:
     ]
     why = "; ".join(reason for reason in reasons if reason)
     return f"Too few checks: {why}. Checks that were not chosen, or are gone from the scenes, do not show here."
-
-
-def _tuple(values: list[float]) -> str:
-    texts = [format_number(value) for value in values]
-    return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"

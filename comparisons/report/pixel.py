@@ -43,6 +43,16 @@ def pixel_of(raw: Mapping[str, Any]) -> PixelView | None:
     return PixelView(worst["x"], worst["y"], tuple(_channel(*row) for row in values))
 
 
+def pixel_text(worst: Mapping[str, Any], unit: str) -> str:
+    """The worst pixel in one line: `(5, 12) from the top left: real-time 1.11; truth 1.25 ± 0.0360 W/(m² sr)`."""
+    truth = [
+        format_number(value) + (f" ± {format_number(sigma)}" if sigma else "")
+        for value, sigma in zip(worst["truth"], worst["sigma"], strict=True)
+    ]
+    values = f"real-time {', '.join(map(format_number, worst['realtime']))}; truth {', '.join(truth)}"
+    return f"({worst['x']}, {worst['y']}) from the top left: {values}{'' if unit == '1' else f' {unit}'}"
+
+
 def _channel(name: str, realtime: float, truth: float, sigma: float) -> ChannelView:
     error = realtime - truth
     return ChannelView(

@@ -52,7 +52,7 @@ def test_an_annotation_stands_at_the_budget_and_says_what_helps(bad_run: dict[st
     first, *rest = fail[2].splitlines()
     assert first == "nrmse 30.0\u202f% [28.0, 32.0], budget ≤ 20\u202f%"
     assert rest[0] == "reason for the budget: 100 % <b> | no"
-    assert rest[1].startswith("Worst pixel: x 3, y 5")
+    assert rest[1].startswith("worst pixel (3, 5) from the top left")
     assert rest[2] == "again: lightgauge run room.toml -k indirect.probe"
 
 

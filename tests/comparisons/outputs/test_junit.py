@@ -91,8 +91,8 @@ def test_a_failure_says_all_that_helps(bad_run: dict[str, Any]) -> None:
         "  reason for the budget: 100 % <b> | no",
         "  accepted 10.0\u202f% on 2026-01-01",
         "  written at scenes/hall.toml:40",
-        "Worst pixel: x 3, y 5 from the top left, real-time (0.500, 0.400, 0.300), truth (0.250, 0.200, 0.100) "
-        "± (0.0100, 0.0100, 0.0200) W/(m² sr)",
+        "worst pixel (3, 5) from the top left: real-time 0.500, 0.400, 0.300; truth 0.250 ± 0.0100, 0.200 ± 0.0100, "
+        "0.100 ± 0.0200 W/(m² sr)",
         "picture of the error: report/images/a-error.png",
         "picture of the real-time side: report/images/a-realtime.png",
         "picture of the truth: report/images/a-truth.png",

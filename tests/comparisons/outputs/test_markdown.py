@@ -65,7 +65,7 @@ def test_reasons_and_commands_are_at_hand(bad_run: dict[str, Any]) -> None:
     text = summary(bad_run)
     for part in (
         "The budget's reason: 100 % &lt;b> | no.",
-        "Worst pixel: x 3, y 5",
+        "worst pixel (3, 5) from the top left",
         "about 692 spp would decide it",
         "`lightgauge run room.toml -k indirect.probe`",
         "1 budget could be tightened",
