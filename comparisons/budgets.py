@@ -10,9 +10,6 @@ from scenes.model import Criterion
 GIVEN = "given on the command line"
 """The reason of such a budget."""
 
-SIGNED = frozenset({"energy_bias", "signed_bias"})
-"""Metrics that are best at 0 and may lie on either side of it; all others are best at their least."""
-
 
 def parse_budgets(texts: Iterable[str]) -> tuple[Criterion, ...]:
     """Criteria from texts such as `nrmse=0.05` (at most) or `energy_bias=-0.02..0.04` (at least and at most).
@@ -57,12 +54,12 @@ def _criterion(text: str) -> Criterion:
     low, high = (_bound(text, least), _bound(text, most)) if dots else (None, _bound(text, bounds))
     if low is not None and low > high:
         raise InputError(f"The budget '{text}' has its bounds in the wrong order; write {name}={high:g}..{low:g}.")
-    if high <= 0 and (low is None or name not in SIGNED):
+    if high <= 0 and (low is None or not metric_named(name).is_signed):
         raise InputError(
             f"The budget '{text}' allows at most {high:g}, which leaves no room for any error. Write a number above 0, "
             f"such as {name}=0.05."
         )
-    if low is None and name in SIGNED:
+    if low is None and metric_named(name).is_signed:
         low = -high
     return Criterion(metric=name, min=low, max=high, reason=GIVEN)
 

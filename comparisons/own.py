@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from comparisons.budgets import GIVEN, SIGNED, parse_budgets
+from comparisons.budgets import GIVEN, parse_budgets
+from comparisons.metrics import metric_named
 from comparisons.request import id_of
 from comparisons.scene_files import find
 from realtime.own import file_of, load_own
@@ -169,7 +170,7 @@ def _as_good(criterion: Criterion, reason: str) -> Criterion | None:
 
 def _best_side(bounds: Bounds, metric: str) -> tuple[float | None, float] | None:
     """The bounds without what says that a metric may not be better; None if nothing is left."""
-    if metric in SIGNED:
+    if metric_named(metric).is_signed:
         size = max(abs(bound) for bound in (bounds.min, bounds.max) if bound is not None)
         return -size, size
     return None if bounds.max is None else (None, bounds.max)

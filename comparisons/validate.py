@@ -12,7 +12,7 @@ from reference.quantities import quantity
 from scenes.errors import InputError
 from scenes.lines import key_lines, line_of
 from scenes.load import dotted
-from scenes.model import Check
+from scenes.model import Check, Criterion
 from scenes.paths import shown_path
 
 Fault = tuple[tuple[str | int, ...], str]
@@ -73,7 +73,7 @@ def faults_of(check: Check) -> Iterator[Fault]:
     attempts: list[tuple[tuple[str | int, ...], Callable[[], Any]]] = [
         (("quantity",), lambda: quantity(check.quantity)),
         (("technique",), lambda: technique(check.technique)),
-        *((("criteria", i, "metric"), lambda c=c: metric_named(c.metric)) for i, c in enumerate(check.criteria)),
+        *((("criteria", i, "metric"), lambda c=c: _require_sound_budget(c)) for i, c in enumerate(check.criteria)),
     ]
     faults = [(where, said) for where, attempt in attempts if (said := _complaint(attempt))]
     yield from faults
@@ -87,6 +87,17 @@ def faults_of(check: Check) -> Iterator[Fault]:
             ("technique",),
             f"found '{check.technique}', which approximates '{used.approximates}', but the check asks for "
             f"'{check.quantity}'. Use one quantity for both.",
+        )
+
+
+def _require_sound_budget(criterion: Criterion) -> None:
+    """See that the metric exists, and that its budget says how wrong an image may be."""
+    metric = metric_named(criterion.metric)
+    is_open = any(bounds.max is None for bounds in (criterion, *criterion.by_renderer))
+    if is_open and not metric.is_signed:
+        raise InputError(
+            f"found only min for '{criterion.metric}', which is best at its least: any worse image would pass. Give "
+            "max, or both."
         )
 
 

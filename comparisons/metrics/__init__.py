@@ -37,7 +37,8 @@ class Metric:
     """`unit` is "1" for a ratio, "quantity" for the unit of what is judged.
 
     `sees` names the faults of `comparisons.mutants` that a check by this metric has to notice. The truth's noise would
-    add to the value raised to `noise_power` if nothing corrected for it; None if it would not.
+    add to the value raised to `noise_power` if nothing corrected for it; None if it would not. One that `is_signed` is
+    best at 0 and may lie on either side of it; all others are best at their least.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Metric:
     function: Callable[[Float64, Samples], Estimate]
     sees: frozenset[str]
     noise_power: int | None = None
+    is_signed: bool = False
 
 
 _ALL = frozenset({"gain", "shift", "flip_y", "missing_shadow", "gamma_twice", "black_tile", "nan_pixel"})
@@ -88,8 +90,15 @@ METRICS = {
             _DIFFERENCES,
             1,
         ),
-        Metric("energy_bias", "1", "mean over the truth's mean, minus one: above 0 is too bright", energy_bias, _MEANS),
-        Metric("signed_bias", "quantity", "mean difference: above 0 is too large", signed_bias, _MEANS),
+        Metric(
+            "energy_bias",
+            "1",
+            "mean over the truth's mean, minus one: above 0 is too bright",
+            energy_bias,
+            _MEANS,
+            is_signed=True,
+        ),
+        Metric("signed_bias", "quantity", "mean difference: above 0 is too large", signed_bias, _MEANS, is_signed=True),
         Metric("flip", "1", "mean FLIP error of the tone-mapped images", flip, _DIFFERENCES),
         Metric("dssim_tonemapped", "1", "one minus SSIM of the tone-mapped images", dssim_tonemapped, _STRUCTURE),
         Metric(

@@ -121,6 +121,7 @@ def test_the_help_tells_the_exit_statuses_and_every_command(lightgauge: Run) -> 
             ["tiny.toml:39: checks[0].technique", "approximates 'normal'", "'indirect_radiance'"],
         ),
         (', reason = "far above what is reached"', "", ["checks[0].criteria[0].reason"]),
+        ("max = 0.5", "min = 0.5", ["tiny.toml:41: checks[0].criteria[0].metric", "only min", "Give max"]),
     ],
 )
 def test_a_mistake_in_a_scene_is_said_with_its_file(

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from comparisons.budgets import GIVEN, SIGNED, parse_budgets
+from comparisons.budgets import GIVEN, parse_budgets
+from comparisons.metrics import METRICS
 from comparisons.own import Own, lender, load_techniques, origins_of
 from comparisons.places import places_of
-from comparisons.report.numbers import format_metric
 from realtime.shader import GLSL
 from realtime.techniques import MODULES
 from scenes.errors import InputError
@@ -87,8 +87,9 @@ def test_only_what_says_how_bad_a_technique_may_be_is_borrowed() -> None:
 
 def test_every_metric_that_may_be_negative_is_known_to_be() -> None:
     used = {c.metric: c for p in library_scenes().values() for check in load_scene(p).checks for c in check.criteria}
-    assert {name for name, c in used.items() if (c.min or 0.0) < 0} <= SIGNED
-    assert all(format_metric(name, -0.5) for name in SIGNED)
+    signed = {name for name, c in used.items() if (c.min or 0.0) < 0}
+    assert signed
+    assert all(METRICS[name].is_signed for name in signed)
 
 
 @pytest.mark.parametrize("name", library_scenes())
