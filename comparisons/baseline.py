@@ -20,8 +20,9 @@ from comparisons.expression import quoted
 from comparisons.gate import CriterionResult, Verdict
 from comparisons.report.numbers import format_bound, format_interval, format_metric
 from comparisons.result import CheckResult
+from scenes.checks import Sentence
 from scenes.errors import InputError
-from scenes.model import Sentence, Strict
+from scenes.strict import Strict
 
 FILE_NAME = "accepted.json"
 

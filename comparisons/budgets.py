@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterable
 
 from comparisons.metrics import metric_named
+from scenes.checks import Criterion
 from scenes.errors import InputError
-from scenes.model import Criterion
 
 GIVEN = "given on the command line"
 """The reason of such a budget."""

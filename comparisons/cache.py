@@ -14,8 +14,9 @@ from realtime.own import source_digest
 from realtime.techniques import source_files
 from reference.estimator import truth_parts
 from reference.store import Shelf, Store, write_text
+from scenes.checks import Check
 from scenes.digest import digest_of, file_digest
-from scenes.model import Check, Scene
+from scenes.model import Scene
 
 
 @cache

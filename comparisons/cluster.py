@@ -24,10 +24,11 @@ from realtime.technique import Technique
 from reference.estimator import Reference
 from reference.store import Store
 from reference.studio import Launch, Rendered, Studio
+from scenes.checks import SettingValue
 from scenes.digest import digest_of
 from scenes.errors import InputError, MachineError, NoCluster
 from scenes.image import Bool
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 from scenes.parcel import packed
 
 if TYPE_CHECKING:

@@ -21,10 +21,10 @@ from realtime.render import Renderer, Rendering
 from realtime.techniques import technique
 from reference.estimator import truth_parts
 from reference.studio import Launch, Rendered, Studio
+from scenes.checks import SettingValue
 from scenes.digest import digest_of
 from scenes.errors import NoCluster
 from scenes.image import Bool
-from scenes.model import SettingValue
 from scenes.parcel import Parcel, unpacked
 
 P = ParamSpec("P")

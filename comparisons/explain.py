@@ -7,9 +7,10 @@ from comparisons.request import id_of
 from realtime.render import plan_of
 from realtime.techniques import technique
 from reference.quantities import quantity
+from scenes.checks import Bounds
 from scenes.features import features_of
 from scenes.geometry import geometry_of
-from scenes.model import Bounds, Scene
+from scenes.model import Scene
 
 
 def explanation(scene: Scene) -> Iterator[str]:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comparisons.metrics import Estimate, Samples, check_image
+from scenes.checks import Bounds, Criterion, RendererBounds
 from scenes.errors import ImageError
-from scenes.model import Bounds, Criterion, RendererBounds
 
 # Past this many times the samples already spent, a prediction is no plan.
 MAX_GROWTH = 4096

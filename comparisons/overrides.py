@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
 
-from scenes.model import Check
+from scenes.checks import Check
 
 
 def idle_overrides(checks: Iterable[Check], gl_renderers: Collection[str]) -> dict[str, int]:

@@ -16,9 +16,10 @@ from comparisons.scene_files import find
 from realtime.own import file_of, load_own
 from realtime.techniques import MODULES, technique
 from reference.quantities import quantity
+from scenes.checks import Bounds, Check, Criterion
 from scenes.errors import InputError
 from scenes.load import LIBRARY, library_scenes, load_scene
-from scenes.model import Bounds, Check, Criterion, Scene
+from scenes.model import Scene
 from scenes.paths import shown_path
 
 BORROWED = "borrowed from "

@@ -1,6 +1,7 @@
 """Parity: do both sides see the same scene? Judged for every scene before any of its radiance is."""
 
-from scenes.model import AreaLight, Check, Criterion, Diffuse, Material, Scene, Texture
+from scenes.checks import Check, Criterion
+from scenes.model import AreaLight, Diffuse, Material, Scene, Texture
 
 _GRID = "both sides average the same 8 x 8 positions a pixel; what is left are samples that fall on an edge"
 

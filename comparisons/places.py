@@ -5,8 +5,9 @@ from functools import cache
 from pathlib import Path
 
 from comparisons.own import origins_of
+from scenes.checks import Check
 from scenes.lines import KeyPath, key_lines, line_of
-from scenes.model import Check, Scene
+from scenes.model import Scene
 from scenes.paths import shown_path
 
 

@@ -11,9 +11,10 @@ from comparisons.request import Request, id_of, request_of
 from comparisons.result import check_id
 from comparisons.validate import faults_of, validate
 from realtime.techniques import technique
+from scenes.checks import Check, Criterion, SettingValue
 from scenes.errors import InputError
 from scenes.load import find_scene, load_scene
-from scenes.model import Check, Criterion, Scene, SettingValue
+from scenes.model import Scene
 from scenes.paths import shown_path
 
 GIVEN = "given in test"

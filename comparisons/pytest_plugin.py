@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from comparisons.pytest_asked import Case
     from comparisons.pytest_judge import Judge
     from comparisons.result import CheckResult
-    from scenes.model import SettingValue
+    from scenes.checks import SettingValue
 
 BEGAN = pytest.StashKey[float]()
 SCENES = pytest.StashKey[frozenset[Path]]()

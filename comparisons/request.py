@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from comparisons.parity import QUANTITIES as PARITY_QUANTITIES
 from comparisons.parity import checks_of
 from comparisons.result import check_id
-from scenes.model import Check, Scene
+from scenes.checks import Check
+from scenes.model import Scene
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ from realtime.technique import Technique
 from reference.quantities import effect_of
 from reference.quantity import Quantity
 from scenes.bibliography import BIBLIOGRAPHY
-from scenes.model import Check, Scene
+from scenes.checks import Check
+from scenes.model import Scene
 from scenes.paths import shown_path
 
 SCHEMA = 1

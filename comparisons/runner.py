@@ -33,9 +33,10 @@ from realtime.techniques import technique
 from reference.estimator import Reference
 from reference.quantities import quantity
 from reference.store import Store
+from scenes.checks import Check, SettingValue
 from scenes.errors import FlaggedPixels, LightgaugeError, MachineError, NoCluster, NoCompiler, NoGraphics
 from scenes.image import Image
-from scenes.model import Check, Scene, SettingValue
+from scenes.model import Scene
 
 SMOOTHING_PX = 1.5
 """Error pictures of a sampled truth are averaged that far: it cuts the noise of a single pixel to a fifth."""

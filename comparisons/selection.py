@@ -15,9 +15,9 @@ from comparisons.scene_files import SceneFile, find
 from comparisons.shards import Shard, deal
 from comparisons.validate import require_sound, same_name
 from reference.quantities import effect_of
+from scenes.checks import Check
 from scenes.errors import InputError
 from scenes.load import load_scene
-from scenes.model import Check
 
 
 @dataclass(frozen=True)

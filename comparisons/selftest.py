@@ -28,9 +28,9 @@ from realtime.techniques import technique
 from reference.estimator import Reference, Truth
 from reference.quantities import quantity
 from reference.store import Store
+from scenes.checks import Check, Criterion
 from scenes.errors import ImageError, LightgaugeError, NoCompiler, NoGraphics, RenderError
 from scenes.image import Float32, Float64
-from scenes.model import Check, Criterion
 
 MASKED_SHARE = 0.25
 """A fault smaller than this share of the image's own error adds at most sqrt(1 + 1/16) - 1 = 3 % to it."""

@@ -16,9 +16,9 @@ from comparisons.gate import CriterionResult, Verdict, fit_exposure, judge, wors
 from comparisons.metrics import Samples, check_image, evaluate, metric_named
 from comparisons.statistics import student_quantile
 from reference.estimator import ACCUMULATORS, Truth
+from scenes.checks import Check
 from scenes.errors import RenderError, SceneError
 from scenes.image import Float32
-from scenes.model import Check
 
 FIRST_SPP = ACCUMULATORS
 """Samples a pixel of the first look: one for each accumulator."""

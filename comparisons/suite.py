@@ -16,8 +16,9 @@ from comparisons.times import is_typical
 from realtime.techniques import technique
 from reference.quantities import quantity
 from reference.store import Store
+from scenes.checks import Check
 from scenes.errors import InputError, LightgaugeError, MachineError, NoCluster, NoCompiler, NoGraphics, RenderError
-from scenes.model import Check, Scene
+from scenes.model import Scene
 
 HERE = Sides()
 """Both sides are rendered by this process."""

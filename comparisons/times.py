@@ -16,9 +16,10 @@ from comparisons.request import Request, id_of
 from comparisons.result import CheckResult
 from reference.estimator import truth_parts
 from reference.store import Store, write_text
+from scenes.checks import Check
 from scenes.digest import digest_of, scene_parts
 from scenes.errors import LightgaugeError
-from scenes.model import Check, Scene
+from scenes.model import Scene
 
 FILE_NAME = "times.json"
 

@@ -9,10 +9,10 @@ from comparisons.places import file_of
 from comparisons.request import Request
 from realtime.techniques import technique
 from reference.quantities import quantity
+from scenes.checks import Check, Criterion
 from scenes.errors import InputError
 from scenes.lines import key_lines, line_of
 from scenes.load import dotted
-from scenes.model import Check, Criterion
 from scenes.paths import shown_path
 
 Fault = tuple[tuple[str | int, ...], str]

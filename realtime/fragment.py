@@ -19,10 +19,12 @@ from realtime.shadows import lights_pass, shadow_pass
 from realtime.sky import sky_pixels
 from realtime.technique import Parameter, Technique
 from realtime.views import SHADING, SHADING_USES, background
+from scenes.checks import SettingValue
 from scenes.errors import InputError, RenderError
 from scenes.features import Features
 from scenes.lines import KeyPath, key_lines, line_of
-from scenes.model import Scene, SettingValue, Strict
+from scenes.model import Scene
+from scenes.strict import Strict
 
 CARD = re.compile(r"\A\s*(?:#version[^\n]*\s*)?/\*(.*?)\*/", re.DOTALL)
 VERSION = re.compile(r"^\s*#version\s", re.MULTILINE)

@@ -13,12 +13,13 @@ import numpy as np
 from realtime.camera import Camera, sensor_camera
 from realtime.graph import Skip
 from realtime.shader import NO_SHADERS, OwnShaders, program, set_uniforms
+from scenes.checks import SettingValue
 from scenes.errors import InputError
 from scenes.features import Features
 from scenes.geometry import diffuse_reflectance, texture_of
 from scenes.image import Float32, Float64
 from scenes.mesh import Interface, Mesh
-from scenes.model import Albedo, Diffuse, Scene, SettingValue, Texture, Translucent
+from scenes.model import Albedo, Diffuse, Scene, Texture, Translucent
 from scenes.topology import is_watertight, signed_volume
 
 if TYPE_CHECKING:

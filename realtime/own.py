@@ -17,10 +17,11 @@ from realtime.graph import Pass, plan
 from realtime.shader import GLSL, INCLUDE, STAGES, OwnShaders
 from realtime.technique import Technique
 from realtime.techniques import MODULES, OWN
+from scenes.checks import SettingValue
 from scenes.digest import digest_of, file_digest
 from scenes.errors import InputError, NoCompiler, NoGraphics, RenderError
 from scenes.features import Features
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 from scenes.paths import shown_path
 
 NAME = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")

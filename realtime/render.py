@@ -9,12 +9,13 @@ from realtime.context import make_context, renderer_name
 from realtime.frame import Frame
 from realtime.graph import Plan, Skip, plan
 from realtime.technique import Technique
+from scenes.checks import SettingValue
 from scenes.errors import InputError
 from scenes.features import Features, features_of
 from scenes.geometry import geometry_of
 from scenes.image import Image, require_finite
 from scenes.mesh import Mesh
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 
 if TYPE_CHECKING:
     import moderngl

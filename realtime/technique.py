@@ -7,9 +7,10 @@ from typing import Any
 
 from realtime.graph import Pass
 from realtime.shader import NO_SHADERS, OwnShaders
+from scenes.checks import SettingValue
 from scenes.errors import InputError
 from scenes.features import Features
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 
 
 @dataclass(frozen=True)

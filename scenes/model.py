@@ -6,9 +6,12 @@ scene of small things may choose another unit of length; areas and coefficients 
 """
 
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from scenes.checks import Check
+from scenes.strict import Strict
 
 Vec2 = tuple[float, float]
 Vec3 = tuple[float, float, float]
@@ -18,7 +21,6 @@ Reflectance = Annotated[float, Field(ge=0, le=1)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$")]
 Rgb = tuple[NonNegative, NonNegative, NonNegative]
 Albedo = tuple[Reflectance, Reflectance, Reflectance]
-Sentence = Annotated[str, Field(min_length=8)]
 
 
 LengthUnit = Literal["m", "mm"]
@@ -29,10 +31,6 @@ PIXEL_GRID = 8
 
 MOST_SPP = 1 << 22
 """More samples a pixel than a truth may cost."""
-
-
-class Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 class Perspective(Strict):
@@ -179,7 +177,7 @@ class Room(ShapeBase):
 
     type: Literal["room"]
     size: tuple[Positive, Positive, Positive]
-    walls: dict[WallName, Name] = {}
+    walls: dict[WallName, Name] = Field(default_factory=dict)
 
 
 class Rectangle(ShapeBase):
@@ -417,66 +415,6 @@ Emitter = Annotated[
     PointLight | SphereLight | DirectionalLight | AreaLight | DiskLight | LineLight | ConstantLight | EnvironmentLight,
     Field(discriminator="type"),
 ]
-
-
-class Bounds(Strict):
-    """The least and the most that a metric may be, and why that is right."""
-
-    max: float | None = None
-    min: float | None = None
-    reason: Sentence
-
-    @model_validator(mode="after")
-    def _has_a_bound(self) -> Self:
-        if self.max is None and self.min is None:
-            raise ValueError("give max, min or both")
-        if self.max is not None and self.min is not None and self.min > self.max:
-            raise ValueError(f"min ({self.min:g}) must not exceed max ({self.max:g})")
-        return self
-
-
-class RendererBounds(Bounds):
-    """Other bounds where the name of the OpenGL renderer contains `renderer`, whatever the case of its letters."""
-
-    renderer: Annotated[str, Field(min_length=2)]
-
-    def apply_to(self, renderer: str) -> bool:
-        return self.renderer.casefold() in renderer.casefold()
-
-
-class Criterion(Bounds):
-    """`min <= metric <= max`; of `by_renderer`, the first that applies replaces these bounds and their reason."""
-
-    metric: str
-    by_renderer: tuple[RendererBounds, ...] = ()
-
-    @model_validator(mode="after")
-    def _names_each_renderer_once(self) -> Self:
-        names = [bounds.renderer.casefold() for bounds in self.by_renderer]
-        if len(set(names)) < len(names):
-            raise ValueError("by_renderer must not name a renderer twice")
-        return self
-
-    def bounds_on(self, renderer: str) -> Bounds:
-        """The bounds that hold where images are drawn by an OpenGL renderer of that name."""
-        return next((bounds for bounds in self.by_renderer if bounds.apply_to(renderer)), self)
-
-
-SettingValue = bool | int | float | str
-
-
-class Check(Strict):
-    """A technique held against the truth of a quantity.
-
-    With `fit_exposure` the technique's image is first multiplied by the one factor that fits the truth best, which is
-    reported: what remains is the error of shape and colour.
-    """
-
-    quantity: str
-    technique: str
-    settings: dict[str, SettingValue] = {}
-    fit_exposure: bool = False
-    criteria: Annotated[tuple[Criterion, ...], Field(min_length=1)]
 
 
 class TruthSettings(Strict):

@@ -36,10 +36,11 @@ from reference.quantities import quantity
 from reference.quantity import Quantity
 from reference.store import Store, write_text
 from reference.studio import Progress
+from scenes.checks import Check, Criterion
 from scenes.errors import InputError
 from scenes.image import Image
 from scenes.load import find_scene, load_scene
-from scenes.model import Check, Criterion, Scene
+from scenes.model import Scene
 
 RENDERER = "image file"
 NOT_ALIGNED = (

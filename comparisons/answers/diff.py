@@ -21,9 +21,10 @@ from realtime.techniques import technique
 from reference.estimator import Reference
 from reference.store import Store
 from reference.studio import Progress
+from scenes.checks import SettingValue
 from scenes.errors import ImageError, InputError, SceneError
 from scenes.load import find_scene, load_scene
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 
 FITTED = "fitted"
 VARIANT = re.compile(r"([^\[\]]+)(?:\[([^\[\]]+)\])?")

@@ -15,8 +15,8 @@ from comparisons.metrics.rel_mse import EPSILON, denominator_floor, rel_mse, wei
 from comparisons.sequential import decide
 from comparisons.significance import significance
 from comparisons.statistics import firefly_note
+from scenes.checks import Check, Criterion
 from scenes.image import Bool, Float32, Float64
-from scenes.model import Check, Criterion
 
 CONFIDENCE = 0.95
 ALPHA = (1 - CONFIDENCE) / 2

@@ -11,8 +11,9 @@ from realtime.gbuffer import gbuffer_pass, resolve_pass
 from realtime.graph import Pass
 from realtime.technique import Technique
 from realtime.techniques.indirect_probe import CAPTURE, captured
+from scenes.checks import SettingValue
 from scenes.features import Features
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 
 
 def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:

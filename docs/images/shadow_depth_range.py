@@ -13,8 +13,9 @@ from realtime.render import Renderer
 from realtime.techniques import technique
 from reference.estimator import Reference
 from reference.store import Store
+from scenes.checks import SettingValue
 from scenes.load import find_scene, load_scene
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 
 RATIOS = (10.0, 100.0, 1000.0, 10000.0, 100000.0)
 ZBIAS, TUNED_FOR = 7e-4, 100.0

@@ -27,8 +27,9 @@ from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
 from realtime.lights import light_rows, lights_of
 from realtime.technique import Parameter, Technique
+from scenes.checks import SettingValue
 from scenes.features import Features
-from scenes.model import Eye, Scene, SettingValue
+from scenes.model import Eye, Scene
 
 BOUNCES = 16
 """The cornea throws back less than a half of what leaves the iris on the whole: 1e-5 of it is left after so many."""

@@ -33,8 +33,9 @@ from realtime.lights import lights_of
 from realtime.shader import set_uniforms
 from realtime.talk_cube import two_lights
 from realtime.technique import Parameter, Technique
+from scenes.checks import SettingValue
 from scenes.features import Features
-from scenes.model import Eye, Scene, SettingValue
+from scenes.model import Eye, Scene
 from scenes.procedural import rotation_xyz
 
 GEOMETRY = (

@@ -17,9 +17,10 @@ from realtime.graph import Pass, Skip
 from realtime.lens import INVISIBLE_PX, coc_radius, coc_scale, lens_views, planar_depth
 from realtime.technique import Parameter, Technique
 from realtime.views import LIMITS, SHADING, SHADING_USES, background, draw_pinhole, draw_view, shading_passes
+from scenes.checks import SettingValue
 from scenes.features import Features
 from scenes.image import Float64
-from scenes.model import PIXEL_GRID, Scene, SettingValue
+from scenes.model import PIXEL_GRID, Scene
 
 if TYPE_CHECKING:
     import moderngl

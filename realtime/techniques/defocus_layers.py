@@ -25,11 +25,12 @@ from realtime.lens import INVISIBLE_PX, coc_scale, focus_distance
 from realtime.shader import set_uniforms
 from realtime.technique import Parameter, Technique
 from realtime.views import LIMITS, SHADING, SHADING_USES, background, draw_pinhole, draw_view, shading_passes
+from scenes.checks import SettingValue
 from scenes.errors import InputError
 from scenes.features import Features
 from scenes.image import Bool, Float32, Float64
 from scenes.mesh import Mesh
-from scenes.model import PIXEL_GRID, Perspective, Scene, SettingValue
+from scenes.model import PIXEL_GRID, Perspective, Scene
 
 if TYPE_CHECKING:
     import moderngl

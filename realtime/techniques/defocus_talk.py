@@ -30,9 +30,10 @@ from realtime.lens import coc_scale
 from realtime.shader import set_uniforms
 from realtime.technique import Parameter, Technique
 from realtime.views import LIMITS, SHADING, SHADING_USES, background, draw_pinhole, draw_view, shading_passes
+from scenes.checks import SettingValue
 from scenes.errors import InputError
 from scenes.features import Features
-from scenes.model import PIXEL_GRID, Scene, SettingValue
+from scenes.model import PIXEL_GRID, Scene
 
 if TYPE_CHECKING:
     import moderngl

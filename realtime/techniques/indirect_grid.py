@@ -14,8 +14,9 @@ from realtime.subject import Transfer, by_mesh, draw_received_pass, subject_surf
 from realtime.technique import Parameter, Technique
 from realtime.techniques.indirect_irradiance import SUBJECT_SURFELS
 from realtime.techniques.indirect_probe import CAPTURE, captured
+from scenes.checks import SettingValue
 from scenes.features import Features
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 
 PROBES = Parameter("probes", 4, (1, 2, 4, 6), "probes along each side of the subject's box", (1, 16))
 DIRECTIONS = Parameter("directions", 64, (32, 64, 128, 256), "rays by which a point finds what hides it", (1, 4096))

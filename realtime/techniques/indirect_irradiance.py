@@ -11,8 +11,9 @@ from realtime.graph import Pass
 from realtime.subject import Visibility, by_mesh, draw_received_pass, subject_passes
 from realtime.technique import Parameter, Technique
 from realtime.techniques.indirect_probe import CAPTURE, captured
+from scenes.checks import SettingValue
 from scenes.features import Features
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 
 SUBJECT_SURFELS = Parameter(
     "subject_surfels", 512, (64, 128, 256, 512, 1024), "surfels on each mesh of the subject", (1, 8192)

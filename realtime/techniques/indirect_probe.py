@@ -7,9 +7,10 @@ from realtime.frame import Frame
 from realtime.gbuffer import gbuffer_pass, resolve_pass
 from realtime.graph import Pass
 from realtime.technique import Parameter, Technique
+from scenes.checks import SettingValue
 from scenes.errors import InputError
 from scenes.features import Features
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 
 CAPTURE = (
     Parameter("side", 96, (24, 48, 96), "texels along an edge of the captured cube's faces", (1, 2048)),

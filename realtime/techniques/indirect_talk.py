@@ -14,9 +14,10 @@ from realtime.gbuffer import gbuffer_pass, resolve_pass
 from realtime.graph import Pass
 from realtime.talk_cube import CUBE, FAR_BRIGHTNESS, SURROUNDINGS, cube_bound, cube_passes
 from realtime.technique import Parameter, Technique
+from scenes.checks import SettingValue
 from scenes.errors import InputError
 from scenes.features import Features
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 
 C_HEIGHT = Parameter(
     "c_height",

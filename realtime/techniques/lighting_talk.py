@@ -26,8 +26,9 @@ from realtime.technique import Technique
 from realtime.techniques.indirect_talk import PARAMETERS, lookup_uniforms
 from realtime.vcm import the_omni_light
 from realtime.views import background
+from scenes.checks import SettingValue
 from scenes.features import Features
-from scenes.model import Scene, SettingValue, SphereLight
+from scenes.model import Scene, SphereLight
 
 
 def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:

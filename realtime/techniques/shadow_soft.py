@@ -22,10 +22,11 @@ from realtime.graph import Pass, Skip
 from realtime.shader import set_uniforms
 from realtime.technique import Parameter, Technique
 from realtime.vcm import box_corners, is_outside, receivers_pass, the_omni_light
+from scenes.checks import SettingValue
 from scenes.errors import InputError
 from scenes.features import Features
 from scenes.image import Float64
-from scenes.model import Scene, SettingValue, SphereLight
+from scenes.model import Scene, SphereLight
 
 if TYPE_CHECKING:
     import moderngl

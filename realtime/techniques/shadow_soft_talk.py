@@ -15,8 +15,9 @@ from realtime.shader import set_uniforms
 from realtime.talk_cube import CHARACTER, CUBE, cube_bound, cube_passes
 from realtime.technique import Technique
 from realtime.vcm import the_omni_light
+from scenes.checks import SettingValue
 from scenes.features import Features
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 
 
 def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:

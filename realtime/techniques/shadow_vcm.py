@@ -28,8 +28,9 @@ from realtime.vcm import (
     the_omni_light,
     vcm_pass,
 )
+from scenes.checks import SettingValue
 from scenes.features import Features
-from scenes.model import PIXEL_GRID, Scene, SettingValue
+from scenes.model import PIXEL_GRID, Scene
 
 REMAP_SIDE = 64
 """The talk: "64x64 faces is plenty"."""

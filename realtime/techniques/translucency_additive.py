@@ -21,9 +21,10 @@ from realtime.shader import set_uniforms
 from realtime.slab import PER_OCTAVE, slab_table
 from realtime.technique import Parameter, Technique
 from realtime.thickness import additive_passes, centred_uniforms, draw_faces, is_subject, subject_diagonal
+from scenes.checks import SettingValue
 from scenes.features import Features
 from scenes.image import Float32
-from scenes.model import PIXEL_GRID, Scene, SettingValue
+from scenes.model import PIXEL_GRID, Scene
 
 if TYPE_CHECKING:
     import moderngl

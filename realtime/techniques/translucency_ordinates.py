@@ -24,10 +24,11 @@ from realtime.ordinates import LEVEL_SYMMETRIC, chebyshev, largest_eigenvalue, l
 from realtime.technique import Parameter, Technique
 from realtime.techniques.translucency_additive import ALLOW_OPEN, PIECES
 from realtime.thickness import additive_passes, centred_uniforms, subject_diagonal
+from scenes.checks import SettingValue
 from scenes.errors import InputError
 from scenes.features import Features
 from scenes.image import Float64
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 
 SUBCELLS = 4
 """Points along each edge of a cell at which its content is sampled."""

@@ -22,10 +22,11 @@ from realtime.shader import set_uniforms
 from realtime.slab import normal_albedo, slab_table
 from realtime.technique import Parameter, Technique
 from realtime.thickness import draw_faces, subject_diagonal, talk_passes
+from scenes.checks import SettingValue
 from scenes.features import Features
 from scenes.image import Float32, Float64
 from scenes.mesh import Mesh
-from scenes.model import PIXEL_GRID, LineLight, Scene, SettingValue
+from scenes.model import PIXEL_GRID, LineLight, Scene
 
 TEXELS = 256
 """Of the lookup: as many as thickness has levels in the eight bits of 2005."""

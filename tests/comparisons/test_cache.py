@@ -10,9 +10,10 @@ import pytest
 from comparisons.cache import CheckCache, check_parts, judging_code
 from comparisons.result import CheckResult
 from reference.store import Store
+from scenes.checks import Check
 from scenes.exr import read_exr
 from scenes.load import load_scene
-from scenes.model import Check, Scene
+from scenes.model import Scene
 
 Run = Callable[..., Any]
 Write = Callable[..., Path]

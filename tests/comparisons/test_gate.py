@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from comparisons.gate import CriterionResult, Verdict, fit_exposure, judge, spp_needed, worst
 from comparisons.metrics import Estimate, Samples, evaluate
+from scenes.checks import Criterion, RendererBounds
 from scenes.errors import ImageError
-from scenes.model import Criterion, RendererBounds
 
 NUMBERS = st.floats(-10, 10)
 BOUNDS = st.none() | NUMBERS

@@ -1,7 +1,7 @@
 """Budgets for a renderer that has not drawn."""
 
 from comparisons.overrides import idle_lines, idle_overrides
-from scenes.model import Check, Criterion, RendererBounds
+from scenes.checks import Check, Criterion, RendererBounds
 
 LLVMPIPE, H200 = "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5", "NVIDIA H200/PCIe/SSE2, OpenGL 4.3"
 

@@ -15,9 +15,10 @@ from comparisons.own import Own, lender, load_techniques, origins_of
 from comparisons.places import places_of
 from realtime.shader import GLSL
 from realtime.techniques import MODULES
+from scenes.checks import Bounds, Check, Criterion, RendererBounds
 from scenes.errors import InputError
 from scenes.load import library_scenes, load_scene
-from scenes.model import Bounds, Check, Criterion, RendererBounds, Scene
+from scenes.model import Scene
 
 Run = Callable[..., Any]
 Write = Callable[..., Path]

@@ -14,9 +14,9 @@ from comparisons.selftest import Outcome, Trial, claims, trials_of
 from reference.estimator import Truth
 from reference.quantity import Integrator
 from reference.store import Store
+from scenes.checks import Check, Criterion
 from scenes.image import Float32
 from scenes.load import load_scene
-from scenes.model import Check, Criterion
 
 Write = Callable[..., Path]
 

@@ -12,9 +12,9 @@ from comparisons.metrics import Estimate, Samples
 from comparisons.sequential import FIRST_SPP, decide, fixed_spp, looks
 from reference.estimator import ACCUMULATORS, Truth
 from reference.quantity import Integrator
+from scenes.checks import Check, Criterion
 from scenes.errors import RenderError, SceneError
 from scenes.image import Float32
-from scenes.model import Check, Criterion
 
 SIZE = 16
 IMAGE = np.random.default_rng(0).uniform(0.5, 1.5, size=(SIZE, SIZE, 3)).astype(np.float32)

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from scenes.checks import Check
 from scenes.load import load_scene
-from scenes.model import Check
 
 Run = Callable[..., Any]
 

@@ -17,11 +17,12 @@ from realtime.frame import Frame
 from reference.estimator import Reference, Truth
 from reference.store import Store
 from scenes import srgb
+from scenes.checks import Check
 from scenes.errors import ImageError
 from scenes.geometry import texture_of
 from scenes.image import Float32, Float64
 from scenes.load import find_scene, load_scene
-from scenes.model import Check, Perspective, Scene, Texture
+from scenes.model import Perspective, Scene, Texture
 
 Draw = Callable[..., Float32]
 Plant = Callable[[pytest.MonkeyPatch], None]

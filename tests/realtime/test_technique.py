@@ -3,8 +3,8 @@ import pytest
 from realtime.technique import Parameter, Technique
 from realtime.techniques import MODULES, technique
 from reference.quantities import MODULES as QUANTITIES
+from scenes.checks import SettingValue
 from scenes.errors import InputError
-from scenes.model import SettingValue
 
 MADE_UP = Technique(
     name="made.up",

@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from scenes.checks import Criterion
 from scenes.digest import code_digest, digest_of, file_digest, scene_parts, with_imports
 from scenes.errors import SceneError
-from scenes.model import Criterion, Scene
+from scenes.model import Scene
 
 CODE = """
 def area(radius: float) -> float:

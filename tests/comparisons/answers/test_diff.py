@@ -19,10 +19,11 @@ from realtime.render import Renderer
 from realtime.techniques import technique
 from reference.estimator import Reference
 from reference.store import Store
+from scenes.checks import SettingValue
 from scenes.errors import InputError
 from scenes.image import Float32, Image
 from scenes.load import load_scene
-from scenes.model import Scene, SettingValue
+from scenes.model import Scene
 
 if TYPE_CHECKING:
     import moderngl

@@ -70,33 +70,28 @@ def test_too_few_checks_fail_the_gate(
     assert ("Too few checks" in outcome.out) == bool(status)
 
 
+@pytest.fixture
+def summary(here: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The file that GitHub names for the summary of a step."""
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(here / "summary.md"))
+    return here / "summary.md"
+
+
 def test_github_gets_annotations_and_a_summary_behind_what_is_there(
-    here: Path,
-    write_run: Callable[..., None],
-    bad_run: dict[str, Any],
-    lightgauge: Run,
-    monkeypatch: pytest.MonkeyPatch,
+    summary: Path, write_run: Callable[..., None], bad_run: dict[str, Any], lightgauge: Run
 ) -> None:
     write_run(bad_run)
-    summary = here / "summary.md"
     summary.write_text("# Before\n")
-    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(summary))
     outcome = lightgauge("report", "report", "--format", "github")
     assert "::error file=scenes/hall.toml,line=40,title=FAIL hall/indirect.probe::" in outcome.out
     assert summary.read_text(encoding="utf-8").startswith("# Before\n## lightgauge: 1 of 6 checks")
 
 
 def test_the_summary_of_a_step_stays_below_what_github_takes(
-    here: Path,
-    write_run: Callable[..., None],
-    bad_run: dict[str, Any],
-    lightgauge: Run,
-    monkeypatch: pytest.MonkeyPatch,
+    summary: Path, write_run: Callable[..., None], bad_run: dict[str, Any], lightgauge: Run
 ) -> None:
     write_run(bad_run)
-    summary = here / "summary.md"
     summary.write_text("x" * ((1 << 20) - 3000))
-    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(summary))
     assert lightgauge("report", "report", "--format", "github").status == 0
     assert (1 << 20) - 3000 < summary.stat().st_size <= 1 << 20
 

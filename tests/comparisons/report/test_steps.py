@@ -79,8 +79,10 @@ def test_keys_lead_there_too(at: Callable[..., Any]) -> None:
     arrive(page, "C")
     page.key("k")
     arrive(page, "B")
+    assert page.text("#place") == "2 of 5"
     page.key("o")
-    eventually(page, "location.pathname.endsWith('/index.html')")
+    eventually(page, "document.readyState === 'complete' && location.pathname.endsWith('/index.html')")
+    assert page.text("output") == "5 of 5 checks"
 
 
 def test_the_way_keeps_to_what_was_chosen(at: Callable[..., Any]) -> None:
