@@ -12,6 +12,7 @@ import numpy as np
 
 from realtime.camera import Camera, sensor_camera
 from realtime.graph import Skip
+from realtime.instrument import NO_INSTRUMENT, Instrument
 from realtime.shader import NO_SHADERS, OwnShaders, program, set_uniforms
 from scenes.checks import SettingValue
 from scenes.errors import InputError
@@ -46,7 +47,8 @@ class Frame:
     """Everything that a pass may use.
 
     `resources` holds what earlier passes wrote, by name. `skipped` takes what a pass leaves out, and why, where that
-    shows only once it runs. `shaders` are the files that a user's own technique brings.
+    shows only once it runs. `shaders` are the files that a user's own technique brings. `instrument` sees every shader
+    before it is compiled.
     """
 
     context: moderngl.Context
@@ -56,6 +58,7 @@ class Frame:
     settings: Mapping[str, SettingValue]
     grid: int
     shaders: OwnShaders = NO_SHADERS
+    instrument: Instrument = NO_INSTRUMENT
     resources: dict[str, Any] = field(default_factory=dict)
     skipped: list[Skip] = field(default_factory=list)
     _programs: dict[Any, Any] = field(default_factory=dict)
@@ -69,7 +72,9 @@ class Frame:
         """The program of some shader files, compiled once for each set of defines."""
         key = (names, tuple(sorted(defines.items())))
         if key not in self._programs:
-            self._programs[key] = program(self.context, *names, defines=defines, own=self.shaders)
+            self._programs[key] = program(
+                self.context, *names, defines=defines, own=self.shaders, rewrite=self.instrument.rewrite
+            )
         return self._programs[key]
 
     def texture(self, size: tuple[int, int], components: int, dtype: str = "f4") -> moderngl.Texture:

@@ -10,7 +10,7 @@ class Pass:
     """One step of a frame.
 
     `reads` must be written by an earlier pass that runs; `uses` may be absent. A pass with a reason in `skip` does not
-    run.
+    run. What one that `is_baked` writes stays as it is while only camera and lights move: an engine makes it once.
     """
 
     name: str
@@ -19,6 +19,7 @@ class Pass:
     reads: tuple[str, ...] = ()
     uses: tuple[str, ...] = ()
     skip: str = ""
+    is_baked: bool = False
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from realtime.context import make_context, renderer_name
 from realtime.frame import Frame
 from realtime.graph import Plan, Skip, plan
+from realtime.instrument import NO_INSTRUMENT, Instrument
 from realtime.technique import Technique
 from scenes.checks import SettingValue
 from scenes.errors import InputError
@@ -41,10 +42,11 @@ def plan_of(technique: Technique, scene: Scene, features: Features, settings: di
 
 
 class Renderer:
-    """Draws one scene with any technique. The OpenGL context is made at the first frame."""
+    """Draws one scene with any technique, watched by an `instrument`. The OpenGL context is made at the first frame."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, instrument: Instrument = NO_INSTRUMENT) -> None:
         self.scene = scene
+        self.instrument = instrument
 
     @cached_property
     def _context(self) -> "moderngl.Context":
@@ -73,7 +75,16 @@ class Renderer:
                 f"{width} x {height}; this GPU allows {largest}. Lower the sensor's width and height."
             )
         todo = plan(technique.passes(self.scene, features, settings), "image")
-        frame = Frame(self._context, self.scene, meshes, features, settings, technique.grid, technique.shaders)
+        frame = Frame(
+            self._context,
+            self.scene,
+            meshes,
+            features,
+            settings,
+            technique.grid,
+            technique.shaders,
+            self.instrument,
+        )
         seconds = self._run(frame, todo)
         if timed and sum(seconds.values()) < LONG_FRAME:
             frame.resources.clear()
@@ -92,9 +103,11 @@ class Renderer:
 
     def _run(self, frame: Frame, todo: Plan) -> dict[str, float]:
         seconds = {}
+        self.instrument.begin(frame)
         for step in todo.passes:
             start = time.perf_counter()
             step.run(frame)
             frame.context.finish()
             seconds[step.name] = time.perf_counter() - start
+            self.instrument.after_pass(step, frame)
         return seconds

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -126,15 +126,17 @@ def program(
     *names: str,
     defines: Mapping[str, int | float] | None = None,
     own: OwnShaders = NO_SHADERS,
+    rewrite: Callable[[Source, str], Source] = lambda source, stage: source,
 ) -> Any:
-    """Compile and link shader files; the suffix tells the stage.
+    """Compile and link shader files; the suffix tells the stage. `rewrite` gets each text and its stage beforehand.
 
     Raises
     ------
     RenderError
         The compiler refused; the message names files and lines.
     """
-    sources = {STAGES[Path(name).suffix]: load(name, defines, own=own) for name in names}
+    stages_of = {STAGES[Path(name).suffix]: name for name in names}
+    sources = {stage: rewrite(load(name, defines, own=own), stage) for stage, name in stages_of.items()}
     stages = {stage: source.text for stage, source in sources.items()}
     try:
         if "compute_shader" in stages:

@@ -17,7 +17,8 @@ from scenes.model import Scene
 class Parameter:
     """A setting with its default, the values that a benchmark sweeps, and the least and the most that is allowed.
 
-    The values that the sweep of a text lists are all that are allowed.
+    The values that the sweep of a text lists are all that are allowed. `off` is the value at which a part of the
+    technique is left out, for settings that have one.
     """
 
     name: str
@@ -25,6 +26,7 @@ class Parameter:
     sweep: tuple[SettingValue, ...]
     summary: str
     bounds: tuple[float, float] = (-math.inf, math.inf)
+    off: SettingValue | None = None
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""Numerical stability: where shader functions and techniques break."""
