@@ -11,6 +11,7 @@ import shlex
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from enum import StrEnum
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
 
@@ -221,7 +222,7 @@ def read_accepted(folder: Path) -> dict[str, Accepted]:
     """
     path = folder / FILE_NAME
     try:
-        return TypeAdapter(dict[str, Accepted]).validate_json(path.read_bytes())
+        return dict(_accepted_in(path.read_bytes()))
     except FileNotFoundError:
         return {}
     except OSError as error:
@@ -236,6 +237,11 @@ def read_accepted(folder: Path) -> dict[str, Accepted]:
             f"{path}: {where}{what}. Allowed is one object that holds, for each check, criteria (for each metric "
             "[value, low, high]), date, reason and spp. Restore the file, or remove it and run `lightgauge accept`."
         ) from error
+
+
+@lru_cache(maxsize=4)
+def _accepted_in(content: bytes) -> dict[str, Accepted]:
+    return TypeAdapter(dict[str, Accepted]).validate_json(content)
 
 
 def text_of(accepted: Mapping[str, Accepted]) -> str:

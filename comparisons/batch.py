@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from comparisons import jobs
-from comparisons.cache import CheckCache
+from comparisons.cache import CheckCache, keep_known
 from comparisons.countdown import Countdown
 from comparisons.interrupt import Interrupt
 from comparisons.options import Say, say_all
@@ -38,6 +38,7 @@ def run_selection(
             return jobs.run(chosen.requests, store, progress, setup, processes, countdown.scenes())
     finally:
         remember(store, countdown.measured)
+        keep_known(store)
 
 
 def _found(work: list[Work], store: Store) -> Iterator[str]:

@@ -1,32 +1,31 @@
-"""Finished checks, kept beside the truth: found again as long as nothing that they depend on has changed."""
+"""Finished checks, kept beside the truth: found again as long as nothing that they depend on has changed.
+
+A check depends on what the scene says, on the truth, and on code: that which draws its technique, shaders included, and
+that which judges by its metrics. Nothing else of this project counts, so that a changed shader runs the checks of the
+techniques that use it and no others.
+"""
 
 import json
 from collections.abc import Callable
-from functools import cache
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import realtime
-import scenes
+from comparisons.code import judging_code
 from comparisons.result import CheckResult
+from realtime.code import drawing_code
 from realtime.context import environment_choice
 from realtime.own import source_digest
-from realtime.techniques import source_files
 from reference.estimator import truth_parts
 from reference.store import Shelf, Store, write_text
+from scenes import known
 from scenes.checks import Check
 from scenes.digest import digest_of, file_digest
+from scenes.errors import SceneError
 from scenes.model import Scene
 
-
-@cache
-def judging_code() -> str:
-    """Digest of everything that draws and judges: scenes, the real-time side, the statistics, the pictures."""
-    here = Path(__file__).parent
-    showing = [here / "report" / f"{name}.py" for name in ("pictures", "pixels")]
-    judging = [*here.glob("*.py"), *here.glob("metrics/*.py"), *showing]
-    drawing = [*source_files(Path(realtime.__file__).parent), *Path(scenes.__file__).parent.glob("*.py")]
-    return digest_of([file_digest(path) for path in sorted([*judging, *drawing])])
+KNOWN = "known.json"
+"""What is known about files, within a store: see `scenes.known`."""
 
 
 class CheckCache:
@@ -38,11 +37,13 @@ class CheckCache:
     def __init__(self, store: Store, graphics: Callable[[], dict[str, str]] = environment_choice) -> None:
         self.store = store
         self.graphics = graphics
+        self._truths: dict[tuple[int, str], tuple[Scene, str]] = {}
+        known.recall(store.root / KNOWN)
 
     def read(self, scene: Scene, check: Check) -> CheckResult | None:
         shelf = self._shelf(scene, check)
         try:
-            record = json.loads((shelf.folder / "check.json").read_text(encoding="utf-8"))
+            record = json.loads((shelf.folder / "check.json").read_bytes())
             inputs: dict[str, str] = record["inputs"]
             if any(_digest(self.store.root / path) != digest for path, digest in inputs.items()):
                 return None
@@ -57,6 +58,7 @@ class CheckCache:
         inputs = {str(path.relative_to(self.store.root)): _digest(path) for path in sorted(self.store.touched)}
         record = json.dumps({"inputs": inputs, "result": result.to_json()}, indent=1)
         write_text(self._shelf(scene, check).folder / "check.json", record)
+        self.store.has_grown()
 
     def folder(self, scene: Scene, check: Check) -> Path:
         """Where everything about a check is kept."""
@@ -70,19 +72,41 @@ class CheckCache:
         return self.store.shelf(self._parts(scene, check))
 
     def _parts(self, scene: Scene, check: Check) -> dict[str, Any]:
-        return check_parts(scene, check) | {"graphics": self.graphics()}
+        return check_parts(check, scene.truth.max_spp, self._truth_key(scene, check.quantity)) | {
+            "graphics": self.graphics()
+        }
+
+    def _truth_key(self, scene: Scene, quantity: str) -> str:
+        """The key of a truth, worked out once: a scene whose files change amid a run is refused anyway."""
+        asked = id(scene), quantity
+        if asked not in self._truths:
+            self._truths[asked] = scene, digest_of(truth_parts(scene, quantity))
+        return self._truths[asked][1]
 
 
-def check_parts(scene: Scene, check: Check) -> dict[str, Any]:
-    """Everything that the result of a check depends on, but for the machine."""
+def check_parts(check: Check, max_spp: int, truth_key: str) -> dict[str, Any]:
+    """Everything that the result of a check depends on, but for the machine.
+
+    truth_key : digest of what the truth depends on, the scene among it
+    """
     return {
         "check": check.model_dump(mode="json"),
         "own_technique": source_digest(check.technique),
-        "max_spp": scene.truth.max_spp,
-        "truth": truth_parts(scene, check.quantity),
-        "code": judging_code(),
+        "drawing": drawing_code(check.technique),
+        "judging": judging_code(tuple(sorted({criterion.metric for criterion in check.criteria}))),
+        "max_spp": max_spp,
+        "truth": truth_key,
     }
 
 
+def keep_known(store: Store) -> None:
+    """Let later runs know what this one has found out about files."""
+    with suppress(OSError):  # it only spares time
+        known.keep(store.root / KNOWN)
+
+
 def _digest(path: Path) -> str:
-    return file_digest(path) if path.exists() else ""
+    try:
+        return file_digest(path)
+    except SceneError:  # it is gone
+        return ""

@@ -25,10 +25,14 @@ COMMANDS = (
     "history",
     "accept",
     "selftest",
+    "bench",
+    "stress",
     "diff",
+    "fit",
     "compare",
     "export",
     "calibrate",
+    "profile",
     "doctor",
     "store",
 )
@@ -49,11 +53,15 @@ examples:
   lightgauge history history.sqlite        what runs with --history found, and what the last one changed
   lightgauge accept --reason "as in 2005"  hold later runs against the errors of this one
   lightgauge diff indirect.probe indirect.irradiance --scene small-room-knot   which one is better?
+  lightgauge fit indirect.talk --on 'small-room-*' --test large-room-ellipsoid --exposure   constants by measurement
+  lightgauge bench indirect-light          what does a millisecond buy, against the path tracer?
+  lightgauge stress indirect.grid          where does it break?
   lightgauge export small-room-knot -o knot.glb   for an engine of your own
   lightgauge compare knot.exr --scene small-room-knot --quantity indirect_radiance   how wrong is its image?
   lightgauge selftest                      would the checks notice a fault?
   lightgauge store --prune 1G              keep at most a gigabyte of truth
   lightgauge calibrate                     are the error bars honest?
+  lightgauge profile                       how long do runs take here?
   lightgauge doctor                        can this machine render?
 
 exit status: 0 all checks pass, 1 a budget is exceeded or an error has regressed, 2 inconclusive, 3 bad input,

@@ -14,12 +14,13 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
-from comparisons.cache import judging_code
+from comparisons.code import rendering_code
 from realtime.own import Parcel as OwnParcel
 from realtime.own import load_packed
 from realtime.render import Renderer, Rendering
 from realtime.techniques import technique
 from reference.estimator import truth_parts
+from reference.start import variant
 from reference.studio import Launch, Rendered, Studio
 from scenes.checks import SettingValue
 from scenes.digest import digest_of
@@ -62,7 +63,8 @@ class PackedMask:
 def versions() -> Versions:
     """What must be the same on both ends, so that a task gives the same bits."""
     found = {name: importlib.metadata.version(name) for name in PACKAGES}
-    return found | {"python": "{}.{}".format(*sys.version_info), "code of lightgauge": judging_code()[:12]}
+    code = rendering_code()[:12]
+    return found | {"python": "{}.{}".format(*sys.version_info), "variant": variant(), "code of lightgauge": code}
 
 
 def same(parcel: Parcel) -> Parcel:

@@ -20,7 +20,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,11 +33,8 @@ from comparisons.metrics.sample import MIN_ACCUMULATORS
 from comparisons.sequential import ALPHA_PER_SIDE, looks
 from comparisons.statistics import PixelEstimates
 from reference.estimator import Truth
-from scenes.digest import digest_of, scene_parts
-from scenes.errors import ImageError, InputError
-from scenes.exr import read_exr, write_exr
-from scenes.image import Float32, Float64, Image
-from scenes.model import Scene
+from scenes.errors import InputError
+from scenes.image import Float64
 
 RELATIVE_MARGIN = 0.01
 """Of the larger E: half a percent of the error itself, which no budget and no choice of a technique hangs on."""
@@ -47,7 +43,6 @@ ABSOLUTE_MARGIN = 0.01**2
 """The E of an image that is 1 % off everywhere, about the least contrast that is seen at all. Between two images that
 are both nearly perfect, a relative margin would ask for differences that nobody can see."""
 
-SHOWS = "shows"
 """Key of the provenance that tells which scene a linear image shows."""
 
 
@@ -164,7 +159,7 @@ def difference(metric: str, image_a: NDArray[Any], image_b: NDArray[Any], sample
     terms_of = error_named(metric)
     a, b = (evaluate(metric, image, samples) for image in (image_a, image_b))
     test_a, test_b = (check_image(image, samples)[samples.mask] for image in (image_a, image_b))
-    errors_a, errors_b = (terms_of(test, _with_accumulators(samples)) for test in (test_a, test_b))
+    errors_a, errors_b = (terms_of(test, with_accumulators(samples)) for test in (test_a, test_b))
     (error_a, terms_a), (error_b, terms_b) = errors_a, errors_b
     terms = PixelEstimates(terms_a.values - terms_b.values, terms_a.deviations - terms_b.deviations)
     standard_error = 0.0 if samples.is_exact else terms.standard_error_of_mean
@@ -224,7 +219,7 @@ def error_named(metric: str) -> Callable[[Float64, Samples], Terms]:
     return ERRORS[metric]
 
 
-def _with_accumulators(samples: Samples) -> Samples:
+def with_accumulators(samples: Samples) -> Samples:
     """An exact truth as accumulators that agree."""
     if not samples.is_exact:
         return samples
@@ -253,39 +248,3 @@ def _note(metric: str, estimate: Estimate, samples: Samples) -> str:
             "than its interval is wide"
         )
     return ""
-
-
-def write_linear(folder: Path, stem: str, image: Image, scene: Scene) -> str:
-    """Write `images/STEM-linear.exr` under `folder`: the image as it was drawn, with what tells its scene from others.
-
-    Parameters
-    ----------
-    folder : the report's folder.
-    stem : a file name without folders, different for each check.
-    image : linear values of the quantity, before any exposure is fitted.
-
-    Returns
-    -------
-    The path relative to `folder`.
-    """
-    (folder / "images").mkdir(parents=True, exist_ok=True)
-    path = f"images/{stem}-linear.exr"
-    write_exr(folder / path, Image(image.pixels, image.provenance | {SHOWS: digest_of(scene_parts(scene))}))
-    return path
-
-
-def read_linear(path: Path, scene: Scene) -> Float32:
-    """The pixels that `write_linear` wrote.
-
-    Raises
-    ------
-    ImageError
-        The file is missing or damaged, or shows another scene than this one is now.
-    """
-    image = read_exr(path)
-    if image.provenance.get(SHOWS) != digest_of(scene_parts(scene)):
-        raise ImageError(
-            f"'{path}' does not show the scene '{scene.name}' as it is now; the truth of this one says nothing about "
-            "it. Run the checks again with this scene."
-        )
-    return image.pixels

@@ -55,11 +55,12 @@ def _graphics() -> str:
 
 
 def _mitsuba() -> str:
-    from reference.start import VARIANT, choose_llvm, mitsuba
+    from reference.start import choose_llvm, mitsuba
 
     mi = mitsuba()
     mi.Float([1.0, 2.0]).numpy()
-    return f"{VARIANT} with {choose_llvm().name}"
+    variant = str(mi.variant())
+    return f"{variant} with {choose_llvm().name}" if variant.startswith("llvm") else variant
 
 
 def require_writable(folder: Path, what: str, option: str) -> None:

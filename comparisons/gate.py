@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparisons.metrics import Estimate, Samples, check_image
+from comparisons.metrics.metric import check_image
+from comparisons.metrics.sample import Estimate, Samples
 from scenes.checks import Bounds, Criterion, RendererBounds
 from scenes.errors import ImageError
 

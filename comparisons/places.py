@@ -1,11 +1,11 @@
 """Where the budgets of a check are written."""
 
 import tomllib
-from functools import cache
 from pathlib import Path
 
 from comparisons.own import origins_of
 from scenes.checks import Check
+from scenes.known import about
 from scenes.lines import KeyPath, key_lines, line_of
 from scenes.model import Scene
 from scenes.paths import shown_path
@@ -24,23 +24,28 @@ def places_of(scene: Scene, check: Check) -> tuple[str, ...]:
     """
     path = file_of(scene)
     lines = _lines_of(path)
-    places = []
+    places, shown = [], shown_path(path)
     for origin in origins_of(scene, check):
         written, number = origin or (check, 0)
         index = scene.checks.index(written) if written in scene.checks else None
         line = 1 if index is None else line_of(lines, ("checks", index, "criteria", number))
-        places.append(f"{shown_path(path)}:{line}" if origin else "")
+        places.append(f"{shown}:{line}" if origin else "")
     return tuple(places)
 
 
 def _lines_of(path: Path) -> dict[KeyPath, int]:
+    """The lines of all checks and their criteria."""
     try:
-        return _lines(path.read_text(encoding="utf-8"))
+        return {tuple(key): line for key, line in about(path, "lines of criteria", _found_in)}
     except (OSError, ValueError):
         return {}
 
 
-@cache
-def _lines(text: str) -> dict[KeyPath, int]:
+def _found_in(path: Path) -> list[tuple[KeyPath, int]]:
+    text = path.read_text(encoding="utf-8")
     tomllib.loads(text)  # raises ValueError, which key_lines may not, where it is no TOML
-    return key_lines(text)
+    return [(key, line) for key, line in key_lines(text).items() if key[0] == "checks" and _is_shown(key)]
+
+
+def _is_shown(key: KeyPath) -> bool:
+    return len(key) == 2 or (len(key) == 4 and key[2] == "criteria")

@@ -51,6 +51,7 @@ class CheckResult:
     variants: tuple[dict[str, Any], ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
     pass_seconds: dict[str, float] = field(default_factory=dict)
+    baked_seconds: dict[str, float] = field(default_factory=dict)
     skipped: tuple[dict[str, str], ...] = ()
     integrator: dict[str, str] = field(default_factory=dict)
     truth_key: str = ""
@@ -75,7 +76,8 @@ class CheckResult:
         return effect_of(self.quantity)
 
     def to_json(self) -> dict[str, Any]:
-        plain = asdict(self) | {"id": self.id, "effect": self.effect, "verdict": str(self.verdict)}
+        """Whatever the result says, JSON-able; nested values are those of the result itself."""
+        plain = vars(self) | {"id": self.id, "effect": self.effect, "verdict": str(self.verdict)}
         plain["criteria"] = [_criterion_json(c) for c in self.criteria]
         return plain
 

@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -45,8 +46,19 @@ def with_pictures(folder: Path, store: Store, results: Iterable[CheckResult]) ->
     ]
     for before, after in zip(found, shown, strict=True):
         for name, kept in before.images.items():
-            shutil.copyfile(store.root / kept, folder / after.images[name])
+            _copy(store.root / kept, folder / after.images[name])
     return shown
+
+
+def _copy(source: Path, target: Path) -> None:
+    """Copy a file with the time of its last change, unless the target has that time and as many bytes already."""
+    wanted = source.stat()
+    with suppress(FileNotFoundError):
+        found = target.stat()
+        if (found.st_size, found.st_mtime_ns) == (wanted.st_size, wanted.st_mtime_ns):
+            return
+    shutil.copyfile(source, target)
+    os.utime(target, ns=(wanted.st_atime_ns, wanted.st_mtime_ns))
 
 
 def shown_at(stem: str, images: Mapping[str, str]) -> dict[str, str]:
@@ -102,21 +114,32 @@ def _git(*arguments: str) -> str | None:
 def write_run(folder: Path, results: dict[str, Any], history: Path | None = None) -> Path:
     """Write results.json, note the run in that history if there is one, and write the report; returns the page."""
     before = shown_by(folder)
-    write_text(folder / "results.json", json.dumps(results, indent=1, allow_nan=False))
+    write_text(folder / "results.json", results_text(results))
     page = write_page(folder, results, history)
-    for path in before - shown_by(folder):
+    for path in before - _shown_in(results):
         (folder / path).unlink(missing_ok=True)
     return page
+
+
+def results_text(results: Mapping[str, Any]) -> str:
+    """The text of results.json, one line a check."""
+    checks = ",\n".join(json.dumps(check, allow_nan=False) for check in results["checks"])
+    others = json.dumps({key: value for key, value in results.items() if key != "checks"}, indent=1, allow_nan=False)
+    return f'{others[:-2]},\n "checks": [\n{checks}\n]\n}}\n'
 
 
 def shown_by(folder: Path) -> set[str]:
     """The pages and pictures of the checks of the run in a folder, if there is one; no other files that lie there."""
     try:
         _, results = read_run(folder)
-        pages = {f"checks/{stem}.html" for stem in stems_of(check["id"] for check in results["checks"])}
-        pictures = {path for check in results["checks"] for path in check["images"].values()}
+        return _shown_in(results)
     except (InputError, KeyError, TypeError, AttributeError):
         return set()
+
+
+def _shown_in(results: Mapping[str, Any]) -> set[str]:
+    pages = {f"checks/{stem}.html" for stem in stems_of(check["id"] for check in results["checks"])}
+    pictures = {path for check in results["checks"] for path in check["images"].values()}
     return pages | {path for path in pictures if SHOWN.fullmatch(path)}
 
 

@@ -1,31 +1,18 @@
 """The checks of one scene: draw, ask for as much truth as the verdict needs, judge, show."""
 
 import traceback
-from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, replace
-from functools import partial
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol
-
-import numpy as np
+from typing import Protocol
 
 from comparisons.cache import CheckCache
-from comparisons.clamping import clamp_note
-from comparisons.difference import write_linear
-from comparisons.gate import CriterionResult, Verdict, spp_needed
-from comparisons.metrics import Samples
-from comparisons.metrics.flip import flip_image
+from comparisons.judgement import judgement
 from comparisons.parity import QUANTITIES as PARITY_QUANTITIES
 from comparisons.places import places_of
-from comparisons.report.pictures import write_flagged, write_pictures
-from comparisons.report.pixels import write_pixels
+from comparisons.report.pictures import write_flagged
 from comparisons.request import Request
 from comparisons.result import CheckResult, empty_result
-from comparisons.sequential import Decision, decide, fixed_spp
-from comparisons.significance import LEAST_SPP, significance
-from comparisons.tonemap import exposure_for
-from comparisons.variants import costs_of_variants
-from comparisons.worst_pixel import worst_pixel
 from realtime.context import environment_choice
 from realtime.render import Renderer, Rendering
 from realtime.technique import Technique
@@ -35,14 +22,10 @@ from reference.quantities import quantity
 from reference.store import Store
 from scenes.checks import Check, SettingValue
 from scenes.errors import FlaggedPixels, LightgaugeError, MachineError, NoCluster, NoCompiler, NoGraphics
-from scenes.image import Image
 from scenes.model import Scene
 
-SMOOTHING_PX = 1.5
-"""Error pictures of a sampled truth are averaged that far: it cuts the noise of a single pixel to a fifth."""
-
-ERROR_RANGE = 2.0
-"""Error pictures reach this many times the budget: what has the outermost colour is clearly beyond it."""
+TOLD = ("scene", "scene_title", "unit", "display", "card", "rerun")
+"""What a result says in words that nothing was measured by, and that may change without being measured anew."""
 
 
 class Draws(Protocol):
@@ -92,8 +75,9 @@ class Runner:
         try:
             cached = self.cache.read(scene, check)
             if cached is not None:
-                named = replace(cached, scene=scene.name, scene_title=scene.title, cached=True)
-                return self._placed(check, replace(named, rerun=self._empty(check).rerun))
+                now = self._empty(check)
+                told = {name: getattr(now, name) for name in TOLD}
+                return self._placed(check, replace(cached, cached=True, **told))
             result = self._judged(check)
             self.reference.require_unchanged()
         except (NoGraphics, NoCompiler, NoCluster):
@@ -132,82 +116,9 @@ class Runner:
             technique(check.technique), dict(check.settings), timed=check.quantity not in PARITY_QUANTITIES
         )
         _ = self.reference.subject_mask  # raises if the camera does not see the subject
-        gl_renderer = rendering.image.provenance["renderer"]
-        truth_at = partial(self.reference.truth, check.quantity)
-        decision = decide(check, rendering.image.pixels, truth_at, scene.truth.max_spp, gl_renderer)
-        truth = decision.truth
-        return replace(
-            self._empty(check),
-            **self._shown(check, decision, rendering.image),
-            verdict=decision.verdict,
-            message=advice(decision, scene.truth.max_spp),
-            criteria=decision.criteria,
-            exposure=decision.exposure,
-            spp=truth.spp,
-            spp_fixed=fixed_spp(decision.criteria, truth.spp, scene.truth.max_spp),
-            seconds={"realtime": rendering.seconds, "reference": truth.seconds},
-            pass_seconds=rendering.pass_seconds,
-            skipped=tuple(asdict(s) for s in rendering.skipped),
-            integrator={"name": truth.integrator.name, "why": truth.integrator.why},
-            truth_key=truth.key,
-            clamp=clamp_note(truth, scene.truth.clamp),
-            variants=costs_of_variants(truth, self.reference.truth),
-            gl_renderer=gl_renderer,
-        )
-
-    def _shown(self, check: Check, decision: Decision, drawn: Image) -> dict[str, Any]:
-        folder = self.cache.folder(self.request.scene, check)
-        found = evidence(self.reference, check.quantity, decision, drawn, folder, "picture")
-        return found | {"images": self._kept(folder, found["images"])}
-
-
-def evidence(
-    reference: Reference, name: str, decision: Decision, drawn: Image, folder: Path, stem: str
-) -> dict[str, Any]:
-    """What shows a verdict on a quantity, made from all samples at hand: it is often clear long before an image is.
-
-    Writes the pictures `images/STEM-...` and their values `pixels/STEM.js` under `folder`; `images` has their paths
-    within it. The other keys are those of a `CheckResult`.
-    """
-    truth = reference.at_hand(name, decision.truth.spp)
-    samples = Samples(truth.accumulators, truth.mask)
-    display = quantity(name).display
-    tested = significance(decision.image, samples) if truth.spp >= LEAST_SPP else None
-    scale = error_scale(decision.criteria, samples)
-    exposure = exposure_for(samples.mean, truth.mask) if display in ("radiance", "depth") else 1.0
-    smoothing = 0.0 if truth.is_exact else SMOOTHING_PX
-    flip = flip_image(decision.image, samples) if display == "radiance" else None
-    worst = worst_pixel(decision.image, samples)
-    mean = samples.mean.astype(np.float32)
-    pictures = write_pictures(
-        folder, stem, decision.image, mean, truth.mask, exposure, scale, display, smoothing, tested, flip
-    )
-    pictures["pixels"] = write_pixels(
-        folder,
-        stem,
-        decision.image,
-        samples,
-        quantity=name,
-        unit=quantity(name).unit_in(reference.scene),
-        display=display,
-        exposure=exposure,
-        error_scale=scale,
-        smoothing=smoothing,
-        significance=tested,
-        flip=flip,
-        worst=(worst["x"], worst["y"]),
-    )
-    if not truth.is_exact:
-        pictures["linear"] = write_linear(folder, stem, drawn, reference.scene)
-    return {
-        "significance": tested.summary if tested is not None else None,
-        "worst": worst,
-        "images": pictures,
-        "spp_shown": truth.spp,
-        "error_scale": scale,
-        "error_smoothing_px": smoothing,
-        "exposure_display": exposure,
-    }
+        folder = self.cache.folder(scene, check)
+        found = judgement(check, rendering, self.reference, folder)
+        return replace(self._empty(check), **found | {"images": self._kept(folder, found["images"])})
 
 
 def fault_of(error: Exception) -> str:
@@ -217,38 +128,3 @@ def fault_of(error: Exception) -> str:
         f"{type(error).__name__} at {Path(place.filename).name}:{place.lineno}: {error}. Either a setting of the check "
         "is out of range, or the code there is at fault."
     )
-
-
-def advice(decision: Decision, limit: int) -> str:
-    """What an INCONCLUSIVE check needs."""
-    if decision.verdict is not Verdict.INCONCLUSIVE:
-        return ""
-    spp = decision.truth.spp
-    after = f"Undecided after {spp} spp (the scene allows {limit})"
-    undecided = [c for c in decision.criteria if c.verdict is Verdict.INCONCLUSIVE]
-    if not all(c.valid for c in undecided):
-        return f"{after}: the truth is too noisy to know how noisy it is."
-    needed = [spp_needed(c, spp) for c in undecided]
-    known = [n for n in needed if n is not None]
-    if len(known) < len(needed):
-        return f"{after}: a value is too close to its bound for any affordable number of them."
-    enough = 1 << (max(known) - 1).bit_length()
-    return (
-        f"{after}: about {max(known)} spp would decide it. Set max_spp = {enough} or more under [truth] in the scene."
-    )
-
-
-def error_scale(criteria: Iterable[CriterionResult], samples: Samples) -> float:
-    """The error that gets the outermost colour.
-
-    ERROR_RANGE times the budget of the first criterion that has one in the quantity's unit or relative to the truth,
-    else a tenth of the truth's root mean square.
-    """
-    mean = float(np.mean(np.abs(samples.masked)))
-    rms = float(np.sqrt(np.mean(samples.masked.mean(axis=0) ** 2)))
-    absolute = dict.fromkeys(("rms", "rmse", "penumbra_rmse", "max_abs", "p99_abs"), 1.0)
-    unit = {"nrmse": mean, "rel_rms": rms, **absolute}
-    for criterion in criteria:
-        if criterion.metric in unit and criterion.max:
-            return ERROR_RANGE * criterion.max * unit[criterion.metric]
-    return 0.1 * rms if rms > 0 else 1.0

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from comparisons.gate import CriterionResult, Verdict, fit_exposure, judge, worst
-from comparisons.metrics import Samples, check_image, evaluate, metric_named
+from comparisons.metrics import evaluate, metric_named
+from comparisons.metrics.metric import check_image
+from comparisons.metrics.sample import Samples
 from comparisons.statistics import student_quantile
 from reference.estimator import ACCUMULATORS, Truth
 from scenes.checks import Check

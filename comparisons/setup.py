@@ -5,6 +5,7 @@ from pathlib import Path
 
 from comparisons.runner import Sides
 from realtime.own import load_own
+from reference.start import variant
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,14 @@ class Setup:
 
 
 def sides(setup: Setup) -> Sides:
-    """Where drawings and truths come from in this process; own techniques are known from here on."""
+    """Where drawings and truths come from in this process; own techniques are known from here on.
+
+    Raises
+    ------
+    InputError
+        A technique's file is faulty, or the environment asks for a variant of Mitsuba that is not allowed.
+    """
+    variant()
     for path in setup.techniques:
         load_own(path)
     if setup.dask:

@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparisons.metrics import Samples, check_image
+from comparisons.metrics.metric import check_image
+from comparisons.metrics.sample import Samples
 from scenes.image import Bool, Float64
 
 FALSE_DISCOVERY_RATE = 0.05

@@ -60,12 +60,15 @@ def same_name(argument: str, first: str) -> str:
 def _of_scene(request: Request) -> Iterator[str]:
     scene = request.scene
     path = file_of(scene)
-    lines = key_lines(path.read_text(encoding="utf-8"))
-    for index, check in enumerate(scene.checks):
-        if check in request.checks:
-            for where, what in faults_of(check):
-                key = ("checks", index, *where)
-                yield f"{shown_path(path)}:{line_of(lines, key)}: {dotted(key)}: {what}"
+    faults = [
+        (("checks", index, *where), what)
+        for index, check in enumerate(scene.checks)
+        if check in request.checks
+        for where, what in faults_of(check)
+    ]
+    lines = key_lines(path.read_text(encoding="utf-8")) if faults else {}
+    for key, what in faults:
+        yield f"{shown_path(path)}:{line_of(lines, key)}: {dotted(key)}: {what}"
 
 
 def faults_of(check: Check) -> Iterator[Fault]:

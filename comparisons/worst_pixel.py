@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparisons.metrics import Samples, check_image
+from comparisons.metrics.metric import check_image
+from comparisons.metrics.sample import Samples
 
 DISTINCT = 3.0
 """Standard errors of the truth that are taken off an error before errors are compared: of a hundred thousand pixels,

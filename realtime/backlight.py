@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from realtime.frame import Frame
 from realtime.lights import FACET, PARALLEL, Light, lights_of
 from scenes.errors import InputError
 from scenes.image import Float64
@@ -25,6 +26,11 @@ def backlights(scene: Scene, meshes: tuple[Mesh, ...], pieces: int) -> list[Ligh
         if isinstance(emitter, LineLight)
         for element in _elements(emitter, pieces, source)
     ]
+
+
+def scene_backlights(frame: Frame, pieces: int) -> list[Light]:
+    """The `backlights` of the scene that a frame shows, listed once."""
+    return frame.once(("backlights", pieces), lambda: backlights(frame.scene, frame.meshes, pieces))
 
 
 def _elements(light: LineLight, pieces: int, source: int) -> Iterator[Light]:

@@ -16,15 +16,15 @@ import numpy as np
 from realtime.camera import cube_cameras
 from realtime.frame import Frame, is_environment
 from realtime.graph import Pass
-from realtime.shadows import ShadowAtlas, lights_pass, shadow_pass
-from realtime.sky import sky_pixels
+from realtime.shadows import ShadowAtlas, lights_pass, shadow_pass, unshadowed
+from realtime.sky import sky_texture
 from scenes.errors import InputError
 from scenes.features import Features
 
 if TYPE_CHECKING:
     import moderngl
 
-FLOATS_A_SURFEL = 16
+FLOATS_A_SURFEL = 12
 BOUNCES_LEFT = 1e-3
 """Bounces go on until less than this part of the light is left."""
 
@@ -42,7 +42,7 @@ def bounces_for(brightest_reflectance: float) -> int:
 
 
 def surfel_passes(features: Features, side: int, block: int, shadow_side: int, facets: int) -> list[Pass]:
-    """Everything up to the lit surfels of the surroundings: `surfels`, and in `lit` what each of them reflects so far.
+    """The surroundings as `surfels`, and the direct light that is reflected to the cube: `cube_radiance`.
 
     Parameters
     ----------
@@ -53,21 +53,28 @@ def surfel_passes(features: Features, side: int, block: int, shadow_side: int, f
     """
     unlit = "" if features.has_local_or_directional_lights else "no emitter but the sky: nothing casts a shadow map"
     return [
+        Pass("capture", lambda f: _capture(f, side), writes=("cube",), is_baked=True),
+        Pass("reduce", lambda f: _reduce(f, block), reads=("cube",), writes=("surfels",), is_baked=True),
         lights_pass(facets),
         shadow_pass(shadow_side, skip=unlit),
-        Pass("capture", lambda f: _capture(f, side), writes=("cube",)),
         Pass("relight", _relight, reads=("lights", "cube"), uses=("shadow_atlas",), writes=("cube_radiance",)),
-        Pass("reduce", lambda f: _reduce(f, block), reads=("cube", "cube_radiance"), writes=("surfels",)),
     ]
 
 
 def bounce_passes(features: Features, lights_itself: bool = False) -> list[Pass]:
-    """Let the light bounce between all surfels until little is left.
+    """Write `lit`, what all surfels reflect of direct light, and `reflected`, after bounces until little is left.
 
     A subject that `lights_itself` does so even where the surroundings are black.
     """
     dark = "" if features.brightest_reflectance > 0 or lights_itself else "the surroundings reflect nothing"
     return [
+        Pass(
+            "light surfels",
+            _light,
+            reads=("surfels", "cube", "cube_radiance", "lights"),
+            uses=("shadow_atlas",),
+            writes=("lit",),
+        ),
         Pass(
             "transport",
             _transport,
@@ -75,11 +82,12 @@ def bounce_passes(features: Features, lights_itself: bool = False) -> list[Pass]
             uses=("visibility", "transfer"),
             writes=("transport",),
             skip=dark,
+            is_baked=True,
         ),
         Pass(
             "bounce",
             lambda frame: _bounce(frame, lights_itself),
-            reads=("surfels", "transport"),
+            reads=("surfels", "lit", "transport"),
             writes=("reflected",),
             skip=dark,
         ),
@@ -90,12 +98,14 @@ def bounce_passes(features: Features, lights_itself: bool = False) -> list[Pass]
 class Surfels:
     """`buffer` holds `count` surfels, the first `surroundings` of them from the cube, the rest of the subject.
 
-    `closed` is 1 where the cube sees no sky. `own_reflectance` is the highest of the subject's.
+    A surfel stands for `block` x `block` texels of the cube. `closed` is 1 where the cube sees no sky.
+    `own_reflectance` is the highest of the subject's.
     """
 
     buffer: moderngl.Buffer
     count: int
     surroundings: int
+    block: int
     closed: float
     own_reflectance: float = 0.0
 
@@ -103,33 +113,29 @@ class Surfels:
         """What the shaders that read surfels need to know."""
         return {"surfel_count": self.count, "surroundings": self.surroundings, "closed": self.closed}
 
-    def radiance(self, frame: Frame) -> moderngl.Buffer:
-        """What each surfel reflects of the direct light alone (the sky: what it emits), as vec4."""
-        data = np.frombuffer(self.buffer.read(), dtype=np.float32).reshape(self.count, 4, 4)
-        return frame.context.buffer(np.ascontiguousarray(data[:, 3]).tobytes())
-
 
 def _capture(frame: Frame, side: int) -> None:
     context, size = frame.context, (6 * side, side)
     targets = [frame.texture(size, 4) for _ in range(3)]
     framebuffer = context.framebuffer(targets, context.depth_renderbuffer(size))
     framebuffer.use()
-    framebuffer.clear()
+    frame.submit(framebuffer.clear)
     context.enable_only(context.DEPTH_TEST)
     shader = frame.program("raster/mesh.vert", "raster/gbuffer.frag", AS_SEEN=1)
     _, radius = frame.bounds
-    for face, camera in enumerate(cube_cameras(frame.subject_centre, 1e-3 * radius, 3 * radius)):
+    near = frame.near_plane(frame.subject_centre, is_environment)
+    for face, camera in enumerate(cube_cameras(frame.subject_centre, near, 3 * radius)):
         framebuffer.viewport = (face * side, 0, side, side)
         frame.draw(shader, camera, is_environment)
     frame.resources["cube"] = targets
 
 
 def bind_lights(frame: Frame) -> dict[str, Any]:
-    """Bind what indirect/direct_light.glsl reads; returns its uniforms."""
+    """Bind what indirect/direct_light.glsl reads; returns its uniforms. Without an atlas, nothing casts."""
     lights = frame.resources["lights"]
     if not lights:
         return {"light_count": 0}
-    atlas: ShadowAtlas = frame.resources["shadow_atlas"]
+    atlas: ShadowAtlas = frame.resources.get("shadow_atlas") or unshadowed(frame, lights)
     atlas.texture.use(3)
     atlas.lights.bind_to_storage_buffer(3)
     return {"light_count": len(lights), "scene_radius": frame.bounds[1], "shadow_side": atlas.side}
@@ -146,19 +152,33 @@ def _relight(frame: Frame) -> None:
 
 
 def _reduce(frame: Frame, block: int) -> None:
-    resources, context = frame.resources, frame.context
-    for unit, texture in enumerate((*resources["cube"], resources["cube_radiance"])):
+    cube = frame.resources["cube"]
+    for unit, texture in enumerate(cube):
         texture.use(unit)
-    count = 6 * (resources["cube_radiance"].height // block) ** 2
-    sky = frame.filtered_texture(sky_pixels(frame.scene))
-    sky.repeat_y = False
-    sky.use(4)
-    buffer = context.buffer(reserve=count * FLOATS_A_SURFEL * 4)
+    count = 6 * (cube[0].height // block) ** 2
+    buffer = frame.context.buffer(reserve=count * FLOATS_A_SURFEL * 4)
     buffer.bind_to_storage_buffer(0)
     shader = frame.program("indirect/reduce.comp", BLOCK=block)
     frame.dispatch(shader, count, group=(64, 1), centre=tuple(frame.subject_centre), surfel_count=count)
     areas = np.frombuffer(buffer.read(), dtype=np.float32).reshape(count, FLOATS_A_SURFEL)[:, 3]
-    resources["surfels"] = Surfels(buffer, count, count, float(np.all(areas > 0)))
+    frame.resources["surfels"] = Surfels(buffer, count, count, block, float(np.all(areas > 0)))
+
+
+def _light(frame: Frame) -> None:
+    resources = frame.resources
+    surfels: Surfels = resources["surfels"]
+    lit = frame.context.buffer(reserve=surfels.count * 16)
+    surfels.buffer.bind_to_storage_buffer(0)
+    lit.bind_to_storage_buffer(1)
+    resources["cube"][0].use(0)
+    resources["cube_radiance"].use(3)
+    sky_texture(frame).use(4)
+    shader = frame.program("indirect/light_cube.comp", BLOCK=surfels.block)
+    frame.dispatch(shader, surfels.surroundings, group=(64, 1), **surfels.uniforms())
+    if own := surfels.count - surfels.surroundings:
+        shader = frame.program("indirect/light_subject.comp")
+        frame.dispatch(shader, own, group=(64, 1), **surfels.uniforms(), **bind_lights(frame))
+    resources["lit"] = lit
 
 
 def bind_visibility(frame: Frame) -> dict[str, int]:
@@ -192,6 +212,7 @@ def _transport(frame: Frame) -> None:
         f"Light between {surfels.count} surfels needs a matrix",
         "Set block higher, or side or subject_surfels lower.",
     )
+    transport.clear()
     surfels.buffer.bind_to_storage_buffer(0)
     transport.bind_to_storage_buffer(1)
     shader = frame.program("indirect/transport.comp")
@@ -202,23 +223,22 @@ def _transport(frame: Frame) -> None:
 
 def _bounce(frame: Frame, lights_itself: bool) -> None:
     surfels: Surfels = frame.resources["surfels"]
-    before, after = surfels.radiance(frame), frame.context.buffer(reserve=surfels.count * 16)
+    lit: moderngl.Buffer = frame.resources["lit"]
     surfels.buffer.bind_to_storage_buffer(0)
     frame.resources["transport"].bind_to_storage_buffer(1)
+    lit.bind_to_storage_buffer(4)
     shader = frame.program("indirect/bounce.comp")
     brightest = max(frame.features.brightest_reflectance, surfels.own_reflectance if lights_itself else 0.0)
+    before, after, spare = lit, *(frame.context.buffer(reserve=lit.size) for _ in range(2))
     for _ in range(bounces_for(brightest)):
         before.bind_to_storage_buffer(2)
         after.bind_to_storage_buffer(3)
         frame.dispatch(shader, surfels.count, group=(64, 1), surfel_count=surfels.count)
-        before, after = after, before
+        before, after, spare = after, spare, after
     frame.resources["reflected"] = before
 
 
 def reflected(frame: Frame) -> moderngl.Buffer:
-    """What each surfel reflects after the bounces, or without any if they were skipped."""
-    if "reflected" not in frame.resources:
-        surfels: Surfels = frame.resources["surfels"]
-        frame.resources["reflected"] = surfels.radiance(frame)
-    buffer: moderngl.Buffer = frame.resources["reflected"]
+    """What each surfel reflects after the bounces, or of direct light alone if they were skipped."""
+    buffer: moderngl.Buffer = frame.resources.get("reflected", frame.resources["lit"])
     return buffer

@@ -15,7 +15,7 @@ from realtime.capture import surfel_passes
 from realtime.frame import Frame, columns
 from realtime.graph import Pass
 from realtime.lights import Light
-from realtime.sky import sky_pixels
+from realtime.sky import sky_texture
 from scenes import eyes
 from scenes.errors import InputError
 from scenes.features import Features
@@ -147,9 +147,13 @@ def sclera_albedo(scene: Scene, eye: Eye) -> tuple[float, ...]:
 
 def iris_texture(frame: Frame, eye: Eye) -> moderngl.Texture:
     """The reflectance over the iris' coordinate, filtered linearly."""
-    texture = frame.reflectance_texture(frame.scene.materials[eye.iris])
-    texture.repeat_y = False
-    return texture
+
+    def upload() -> moderngl.Texture:
+        made = frame.reflectance_texture(frame.scene.materials[eye.iris])
+        made.repeat_y = False
+        return made
+
+    return frame.once("iris", upload)
 
 
 def diffuse_internal_reflectance(ior: float) -> float:
@@ -194,8 +198,7 @@ def mirrored_passes(features: Features, side: int, shadow_side: int) -> list[Pas
 
 
 def _sky(frame: Frame) -> None:
-    frame.resources["sky"] = frame.filtered_texture(sky_pixels(frame.scene))
-    frame.resources["sky"].repeat_y = False
+    frame.resources["sky"] = sky_texture(frame)
 
 
 def bind_surroundings(frame: Frame) -> dict[str, int]:

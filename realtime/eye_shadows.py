@@ -39,7 +39,7 @@ def draw_eye_shadows(
     maps = frame.texture((side * len(places), side), 1)
     framebuffer = context.framebuffer([maps], context.depth_renderbuffer(maps.size))
     framebuffer.use()
-    framebuffer.clear(red=3e38)
+    frame.submit(framebuffer.clear, red=3e38)
     context.enable_only(context.DEPTH_TEST)
     shader = frame.program("raster/mesh.vert", "raster/distance.frag")
     shader["parallel"] = True

@@ -113,7 +113,7 @@ def list_faces(frame: Frame, camera: Camera, size: tuple[int, int], layers: int,
     set_uniforms(shader, **uniforms)
     frame.draw(shader, camera, is_subject)
     context.disable_direct(DEPTH_CLAMP)
-    context.memory_barrier()
+    frame.submit(context.memory_barrier)
     deepest = context.buffer(bytes(4))
     deepest.bind_to_storage_buffer(0)
     frame.dispatch(frame.program("translucency/deepest.comp"), width, height)

@@ -16,7 +16,7 @@ from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
 from realtime.shader import OwnShaders, load, set_uniforms
 from realtime.shadows import lights_pass, shadow_pass
-from realtime.sky import sky_pixels
+from realtime.sky import sky_texture
 from realtime.technique import Parameter, Technique
 from realtime.views import SHADING, SHADING_USES, background
 from scenes.checks import SettingValue
@@ -56,6 +56,7 @@ class Uniform(Strict):
     summary: Words
     sweep: tuple[Value, ...] = ()
     bounds: tuple[float, float] = (-math.inf, math.inf)
+    tuned: tuple[float, float] | None = None
 
     @property
     def kind(self) -> type[Value]:
@@ -69,11 +70,13 @@ class Uniform(Strict):
         least, most = self.bounds
         if not all(least <= value <= most for value in (self.default, *self.sweep)):
             raise ValueError("default and sweep must lie within bounds, which are the least and the most")
+        if self.tuned and not (self.kind is not bool and least <= self.tuned[0] < self.tuned[1] <= most):
+            raise ValueError("tuned is the least and the most value of a number to be fitted, within bounds")
         return self
 
     def parameter(self, name: str) -> Parameter:
         sweep = tuple(self.kind(value) for value in self.sweep or (self.default,))
-        return Parameter(name, self.default, sweep, self.summary, self.bounds)
+        return Parameter(name, self.default, sweep, self.summary, self.bounds, tuned=self.tuned)
 
 
 class Card(Strict):
@@ -202,7 +205,7 @@ def _shade(frame: Frame, name: str, card: Card, used: frozenset[str]) -> None:
     shaded = frame.texture(frame.size, 4)
     framebuffer = context.framebuffer([shaded], context.depth_renderbuffer(frame.size))
     framebuffer.use()
-    framebuffer.clear(*(background(frame) if card.draws == "everything" else ()))
+    frame.submit(framebuffer.clear, *(background(frame) if card.draws == "everything" else ()))
     context.enable_only(context.DEPTH_TEST)
     set_uniforms(shader, **_boxes(frame))
     set_uniforms(shader, **{key: uniform.kind(frame.settings[key]) for key, uniform in card.parameters.items()})
@@ -221,10 +224,7 @@ def _boxes(frame: Frame) -> dict[str, tuple[float, ...]]:
 
 
 def _bind_sky(frame: Frame) -> None:
-    sky = frame.filtered_texture(sky_pixels(frame.scene))
-    sky.repeat_y = False
-    sky.use(SKY_UNIT)
-    frame.resources["sky"] = sky
+    sky_texture(frame).use(SKY_UNIT)
 
 
 def _require_matching(shader: Any, shown: str, card: Card) -> None:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
 from realtime.camera import Camera, sensor_camera
+from realtime.clock import Clock, WallClock
+from realtime.device import Device
 from realtime.graph import Skip
 from realtime.instrument import NO_INSTRUMENT, Instrument
+from realtime.nearness import Box, near_plane
 from realtime.shader import NO_SHADERS, OwnShaders, program, set_uniforms
 from scenes.checks import SettingValue
 from scenes.errors import InputError
@@ -25,6 +30,8 @@ from scenes.topology import is_watertight, signed_volume
 
 if TYPE_CHECKING:
     import moderngl
+
+T = TypeVar("T")
 
 TEXTURE_UNIT = 15
 PATTERN_UNIT = 14
@@ -48,7 +55,8 @@ class Frame:
 
     `resources` holds what earlier passes wrote, by name. `skipped` takes what a pass leaves out, and why, where that
     shows only once it runs. `shaders` are the files that a user's own technique brings. `instrument` sees every shader
-    before it is compiled.
+    before it is compiled. `spent` holds the seconds that compiling and uploading have taken, `clock` times all that is
+    given to the GPU through the methods below: what a technique submits by itself is missed.
     """
 
     context: moderngl.Context
@@ -61,7 +69,15 @@ class Frame:
     instrument: Instrument = NO_INSTRUMENT
     resources: dict[str, Any] = field(default_factory=dict)
     skipped: list[Skip] = field(default_factory=list)
+    spent: dict[str, float] = field(default_factory=lambda: {"compile": 0.0, "upload": 0.0})
     _programs: dict[Any, Any] = field(default_factory=dict)
+    _made_once: dict[Hashable, Any] = field(default_factory=dict)
+    _arrays: dict[Any, moderngl.VertexArray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.device = Device(self.context)
+        self.context = cast("moderngl.Context", self.device)
+        self.clock: Clock = WallClock(self.context)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -72,10 +88,26 @@ class Frame:
         """The program of some shader files, compiled once for each set of defines."""
         key = (names, tuple(sorted(defines.items())))
         if key not in self._programs:
-            self._programs[key] = program(
-                self.context, *names, defines=defines, own=self.shaders, rewrite=self.instrument.rewrite
-            )
+            with self._starting("compile"):
+                self._programs[key] = program(
+                    self.context, *names, defines=defines, own=self.shaders, rewrite=self.instrument.rewrite
+                )
         return self._programs[key]
+
+    def once(self, key: Hashable, make: Callable[[], T]) -> T:
+        """What stays as it is from frame to frame: made when it is first asked for, and kept by its key."""
+        if key not in self._made_once:
+            with self._starting("upload"):
+                self._made_once[key] = make()
+        made: T = self._made_once[key]
+        return made
+
+    @contextmanager
+    def _starting(self, what: str) -> Iterator[None]:
+        """Count what is done meanwhile as `what`, but for what is counted within."""
+        start, within = time.perf_counter(), sum(self.spent.values())
+        yield
+        self.spent[what] += time.perf_counter() - start - (sum(self.spent.values()) - within)
 
     def texture(self, size: tuple[int, int], components: int, dtype: str = "f4") -> moderngl.Texture:
         """A texture read without filtering."""
@@ -119,8 +151,26 @@ class Frame:
                 "fewer vertices, or the technique lower settings."
             )
         set_uniforms(shader, **uniforms)
-        shader.run(*groups, 1)
-        self.context.memory_barrier()
+        with self.clock.submission():
+            shader.run(*groups, 1)
+            self.context.memory_barrier()
+
+    def submit(self, work: Callable[..., object], *given: Any, **named: Any) -> None:
+        """Give one other command to the GPU, such as `target.clear`, or a copy."""
+        with self.clock.submission():
+            work(*given, **named)
+
+    def build_mipmaps(self, texture: moderngl.Texture) -> None:
+        """Fill the smaller levels of a texture from the first one."""
+        self.submit(texture.build_mipmaps)
+        self.device.count_mipmaps(texture)
+
+    def screen(self, shader: Any) -> None:
+        """Draw one triangle that covers the framebuffer in use; `shader` makes its vertices, as raster/screen.vert."""
+        if shader not in self._arrays:
+            self._arrays[shader] = self.context.vertex_array(shader, [])
+        with self.clock.submission():
+            self._arrays[shader].render(vertices=3)
 
     @cached_property
     def bounds(self) -> tuple[Float64, float]:
@@ -143,11 +193,22 @@ class Frame:
         return centre
 
     @cached_property
+    def boxes(self) -> dict[str, Box]:
+        """Lowest and highest corner of each mesh, by its name."""
+        surfaces = ((mesh.name, mesh.surface.positions.astype(float)) for mesh in self.meshes)
+        return {name: (points.min(axis=0), points.max(axis=0)) for name, points in surfaces}
+
+    def near_plane(self, place: Float64, which: Callable[[Mesh], bool] = lambda mesh: True) -> float:
+        """Planar depth before which there is nothing to see around a place, of the meshes for which `which` holds."""
+        return near_plane((self.boxes[mesh.name] for mesh in self.meshes if which(mesh)), place, self.bounds[1])
+
+    @cached_property
     def clip_planes(self) -> tuple[float, float]:
         """Nearest and farthest planar depth that the sensor may see: the whole scene lies between."""
         centre, radius = self.bounds
-        distance = float(np.linalg.norm(centre - np.array(self.scene.sensor.origin)))
-        return max(1e-3 * radius, distance - 1.01 * radius), distance + 1.01 * radius
+        eye = np.array(self.scene.sensor.origin)
+        distance = float(np.linalg.norm(centre - eye))
+        return max(self.near_plane(eye), distance - 1.01 * radius), distance + 1.01 * radius
 
     @cached_property
     def camera(self) -> Camera:
@@ -160,9 +221,10 @@ class Frame:
         solid = (m for m in self.meshes if is_watertight(m.surface) and signed_volume(m.surface) > 0)
         return frozenset(mesh.name for mesh in solid)
 
-    @cached_property
+    @property
     def drawables(self) -> tuple[Drawable, ...]:
-        return tuple(self._upload(mesh) for mesh in self.meshes)
+        """The meshes, uploaded once."""
+        return self.once("drawables", lambda: tuple(self._upload(mesh) for mesh in self.meshes))
 
     def _upload(self, mesh: Mesh) -> Drawable:
         surface = mesh.surface
@@ -184,16 +246,14 @@ class Frame:
     ) -> None:
         """Draw the meshes for which `which` holds into the framebuffer in use.
 
-        `received` gives some meshes, by name, one more vec4 for each vertex: `in_received`.
+        `received` gives some meshes, by name, one more vec4 for each vertex: `in_received`. Its buffers are kept: give
+        the same ones in each frame.
         """
         set_uniforms(shader, world_to_clip=columns(camera.matrix), eye=tuple(camera.eye), forward=tuple(camera.forward))
         for drawable in self.drawables:
             mesh = drawable.mesh
             if not which(mesh):
                 continue
-            layout: list[tuple[Any, ...]] = [(drawable.vertices, "3f4 3f4 2f4", "in_position", "in_normal", "in_uv")]
-            if mesh.name in received:
-                layout.append((received[mesh.name], "4f4", "in_received"))
             drawable.texture.use(TEXTURE_UNIT)
             drawable.pattern.use(PATTERN_UNIT)
             set_uniforms(
@@ -203,9 +263,18 @@ class Frame:
                 emission=mesh.radiance or (0.0, 0.0, 0.0),
                 emission_map=PATTERN_UNIT,
             )
-            array = self.context.vertex_array(shader, layout, drawable.indices, skip_errors=True)
-            array.render()
-            array.release()
+            with self.clock.submission():
+                self._vertex_array(shader, drawable, received.get(mesh.name)).render()
+
+    def _vertex_array(self, shader: Any, drawable: Drawable, received: moderngl.Buffer | None) -> moderngl.VertexArray:
+        """What feeds a shader with a mesh; it is kept for as long as the frame is, with the buffer `received`."""
+        key = (shader, drawable.mesh.name, received)
+        if key not in self._arrays:
+            layout: list[tuple[Any, ...]] = [(drawable.vertices, "3f4 3f4 2f4", "in_position", "in_normal", "in_uv")]
+            if received:
+                layout.append((received, "4f4", "in_received"))
+            self._arrays[key] = self.context.vertex_array(shader, layout, drawable.indices, skip_errors=True)
+        return self._arrays[key]
 
     def read(self, name: str, components: int) -> Float32:
         """A texture as (H, W, C) float32, row 0 at the top."""

@@ -16,7 +16,7 @@ def _draw(frame: Frame) -> None:
     targets = [frame.texture(size, 4) for _ in range(3)]
     framebuffer = context.framebuffer(targets, context.depth_renderbuffer(size))
     framebuffer.use()
-    framebuffer.clear()
+    frame.submit(framebuffer.clear)
     context.enable_only(context.DEPTH_TEST)
     frame.draw(frame.program("raster/mesh.vert", "raster/gbuffer.frag"), frame.camera)
     frame.resources |= dict(zip(("position", "normal", "albedo"), targets, strict=True))

@@ -1,6 +1,6 @@
 """The passes of a technique, and the plan: which of them run, which are skipped, and why."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,8 +36,8 @@ class Plan:
     skipped: tuple[Skip, ...]
 
 
-def plan(passes: Sequence[Pass], wanted: str) -> Plan:
-    """Keep what `wanted` needs.
+def plan(passes: Sequence[Pass], wanted: str, without: Collection[str] = ()) -> Plan:
+    """Keep what `wanted` needs, less the passes whose names are in `without`.
 
     Raises
     ------
@@ -48,7 +48,9 @@ def plan(passes: Sequence[Pass], wanted: str) -> Plan:
     kept: list[Pass] = []
     skipped: list[Skip] = []
     for step in reversed(passes):
-        if step.skip:
+        if step.name in without:
+            skipped.append(Skip(step.name, "switched off"))
+        elif step.skip:
             skipped.append(Skip(step.name, step.skip))
         elif needed.isdisjoint(step.writes):
             skipped.append(Skip(step.name, f"nothing reads {' or '.join(step.writes)}"))

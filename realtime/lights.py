@@ -7,9 +7,17 @@ import numpy as np
 from scenes.geometry import texture_of
 from scenes.image import Float32, Float64
 from scenes.mesh import Mesh, Surface
-from scenes.model import DirectionalLight, PointLight, Scene
+from scenes.model import DirectionalLight, PointLight, Scene, SphereLight
 
 POINT, FACET, PARALLEL = 0, 1, 2
+
+POINTS_OF_RADIUS = 0.75**0.5
+"""Where the points of a ball lie: seen from afar they are spread as far from its middle as the disk that it is seen as,
+by the mean of squares, so that penumbrae are as wide.
+
+What a plane receives of a point is a harmonic function of the point's place. Its mean over a sphere is that of the
+centre: the points light what they all see as the ball does, however near.
+"""
 
 
 @dataclass(frozen=True)
@@ -18,7 +26,8 @@ class Light:
 
     POINT: `place` is its position, `strength` its intensity [W/sr]. FACET: a piece of an emitting surface, `strength`
     its radiance times its area [W/sr], shining to the side of `axis`. PARALLEL: `axis` is where the light travels to,
-    `strength` its irradiance [W/m²]. `source` tells the emitters apart.
+    `strength` its irradiance [W/m²]. `source` tells the emitters apart. `mesh` is what it shines through, by name: the
+    surface of a ball that it stands for.
     """
 
     kind: int
@@ -27,12 +36,14 @@ class Light:
     strength: Float64
     area: float
     source: int
+    mesh: str = ""
 
 
 def lights_of(scene: Scene, meshes: tuple[Mesh, ...], facets: int) -> list[Light]:
-    """All emitters but the sky; every emitting mesh becomes `facets` facets of equal area."""
+    """All emitters but the sky; every ball becomes `facets` points, every other emitting mesh facets of equal area."""
     zero = np.zeros(3)
     lights = []
+    balls = {f"emitter-{i}": light for i, light in enumerate(scene.emitters) if isinstance(light, SphereLight)}
     for source, emitter in enumerate((*scene.emitters, *(mesh for mesh in meshes if mesh.radiance is not None))):
         match emitter:
             case PointLight():
@@ -40,6 +51,11 @@ def lights_of(scene: Scene, meshes: tuple[Mesh, ...], facets: int) -> list[Light
             case DirectionalLight():
                 direction = np.array(emitter.direction) / np.linalg.norm(emitter.direction)
                 lights.append(Light(PARALLEL, zero, direction, np.array(emitter.irradiance), 0.0, source))
+            case Mesh(name=name) if name in balls:
+                ball = balls[name]
+                strength = np.pi * ball.radius**2 / facets * np.array(ball.radiance)
+                places = np.array(ball.position) + POINTS_OF_RADIUS * ball.radius * directions(facets)
+                lights += [Light(POINT, place, zero, strength, 0.0, source, name) for place in places]
             case Mesh():
                 spread = facets_of(emitter.surface, facets)
                 strengths = np.array(emitter.radiance) * spread.area * _pattern(scene, emitter, spread.uvs)
@@ -65,6 +81,17 @@ def _pattern(scene: Scene, mesh: Mesh, uvs: Float64) -> Float64:
     column, row = (np.floor(uvs % 1 * (width, height)).astype(int) % (width, height)).T
     factors: Float64 = texels[row, column].astype(float)
     return factors
+
+
+def directions(count: int) -> Float64:
+    """Unit vectors (count, 3) spread evenly, none of them along an axis.
+
+    Swinbank & Purser 2006, "Fibonacci grids: A novel approach to global modelling".
+    """
+    i = np.arange(count)
+    y, angle = 1 - (2 * i + 1) / count, i * np.pi * (3 - np.sqrt(5))
+    around = np.sqrt(1 - y**2)
+    return np.stack([around * np.cos(angle), y, around * np.sin(angle)], axis=1)
 
 
 @dataclass(frozen=True)

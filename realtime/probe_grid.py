@@ -46,15 +46,18 @@ class ProbeGrid:
         return {"box_low": tuple(self.low), "box_high": tuple(self.high), "per_side": self.per_side}
 
 
-def probe_pass(per_side: int) -> Pass:
+def probe_passes(per_side: int) -> list[Pass]:
     """Write the radiance of the bounced surroundings around each probe: `probes`."""
-    return Pass(
-        "probes",
-        lambda frame: _project(frame, per_side),
-        reads=("surfels",),
-        uses=("reflected",),
-        writes=("probes",),
-    )
+    return [
+        Pass(
+            "place probes",
+            lambda frame: _place(frame, per_side),
+            reads=("surfels",),
+            writes=("probe_grid",),
+            is_baked=True,
+        ),
+        Pass("probes", _project, reads=("surfels", "probe_grid", "lit"), uses=("reflected",), writes=("probes",)),
+    ]
 
 
 def clearance(low: Float64, high: Float64, places: Float64, areas: Float64) -> float:
@@ -80,7 +83,7 @@ def probes_enough(far: float, per_side: int) -> int:
     return min([per_side, *(count for least, count in ENOUGH if far > least)])
 
 
-def _project(frame: Frame, wanted: int) -> None:
+def _place(frame: Frame, wanted: int) -> None:
     surfels: Surfels = frame.resources["surfels"]
     low, high = frame.subject_box
     far = clearance(low, high, *_surfaces(surfels))
@@ -88,11 +91,17 @@ def _project(frame: Frame, wanted: int) -> None:
     if per_side < wanted:
         why = f"the surroundings are {far:.3g} half diagonals of the subject's box away: {per_side}³ are enough"
         frame.skipped.append(Skip(f"{wanted**3 - per_side**3} of {wanted}³ probes", why))
-    grid = ProbeGrid(low, high, per_side, frame.context.buffer(reserve=per_side**3 * 9 * 16))
+    coefficients = frame.context.buffer(reserve=per_side**3 * 9 * 16)
+    frame.resources["probe_grid"] = ProbeGrid(low, high, per_side, coefficients)
+
+
+def _project(frame: Frame) -> None:
+    surfels: Surfels = frame.resources["surfels"]
+    grid: ProbeGrid = frame.resources["probe_grid"]
     for binding, buffer in enumerate((surfels.buffer, reflected(frame), grid.coefficients)):
         buffer.bind_to_storage_buffer(binding)
     shader = frame.program("indirect_grid/project.comp")
-    frame.dispatch(shader, per_side**3, group=(1, 1), **surfels.uniforms(), **grid.uniforms())
+    frame.dispatch(shader, grid.per_side**3, group=(1, 1), **surfels.uniforms(), **grid.uniforms())
     frame.resources["probes"] = grid
 
 

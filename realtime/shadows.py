@@ -16,6 +16,9 @@ from scenes.errors import InputError
 if TYPE_CHECKING:
     import moderngl
 
+NOTHING_THERE = 3e38
+"""Distance where a map shows nothing."""
+
 
 def lights_pass(facets: int) -> Pass:
     """List the lights; every emitting surface becomes `facets` of them."""
@@ -23,7 +26,12 @@ def lights_pass(facets: int) -> Pass:
 
 
 def _collect(frame: Frame, facets: int) -> None:
-    frame.resources["lights"] = lights_of(frame.scene, frame.meshes, facets)
+    frame.resources["lights"] = scene_lights(frame, facets)
+
+
+def scene_lights(frame: Frame, facets: int) -> list[Light]:
+    """The `lights_of` the scene that a frame shows, listed once."""
+    return frame.once(("lights", facets), lambda: lights_of(frame.scene, frame.meshes, facets))
 
 
 def shadow_pass(side: int, skip: str = "") -> Pass:
@@ -64,30 +72,41 @@ def strip_corners(count: int, side: int, largest: int) -> list[tuple[int, int]]:
 
 
 def _draw(frame: Frame, side: int) -> None:
-    context = frame.context
     lights: list[Light] = frame.resources["lights"]
-    corners = strip_corners(max(1, len(lights)), side, int(context.info["GL_MAX_TEXTURE_SIZE"]))
-    size = (corners[-1][0] + 6 * side, max(y for _, y in corners) + side)
-    atlas = frame.texture(size, 1)
-    framebuffer = context.framebuffer([atlas], context.depth_renderbuffer(size))
+    atlas, corners = _empty_atlas(frame, lights, side)
+    framebuffer = frame.context.framebuffer([atlas.texture], frame.context.depth_renderbuffer(atlas.texture.size))
     framebuffer.use()
-    framebuffer.clear(red=3e38)
-    context.enable_only(context.DEPTH_TEST)
+    frame.submit(framebuffer.clear, red=NOTHING_THERE)
+    frame.context.enable_only(frame.context.DEPTH_TEST)
     shader = frame.program("raster/mesh.vert", "raster/distance.frag")
     for (x, y), light in zip(corners, lights, strict=False):
         for tile, camera in enumerate(_cameras(frame, light)):
             framebuffer.viewport = (x + tile * side, y, side, side)
             shader["parallel"] = light.kind == PARALLEL
-            frame.draw(shader, camera)
+            frame.draw(shader, camera, lambda mesh, own=light.mesh: mesh.name != own)  # type: ignore[misc]
+    frame.resources["shadow_atlas"] = atlas
+
+
+def unshadowed(frame: Frame, lights: list[Light]) -> ShadowAtlas:
+    """The atlas of lights that nothing hides."""
+    atlas, _ = frame.once("unshadowed", lambda: _empty_atlas(frame, lights, side=1))
+    frame.submit(frame.context.framebuffer([atlas.texture]).clear, red=NOTHING_THERE)
+    return atlas
+
+
+def _empty_atlas(frame: Frame, lights: list[Light], side: int) -> tuple[ShadowAtlas, list[tuple[int, int]]]:
+    """An atlas that nothing is drawn into, and the corners of its strips."""
+    corners = strip_corners(max(1, len(lights)), side, int(frame.context.info["GL_MAX_TEXTURE_SIZE"]))
+    size = (corners[-1][0] + 6 * side, max(y for _, y in corners) + side)
     rows = light_rows([_placed(frame, light) for light in lights])
-    frame.resources["shadow_atlas"] = ShadowAtlas(atlas, side, context.buffer(rows.tobytes()))
+    return ShadowAtlas(frame.texture(size, 1), side, frame.context.buffer(rows.tobytes())), corners
 
 
 def _cameras(frame: Frame, light: Light) -> tuple[Camera, ...]:
     centre, radius = frame.bounds
     if light.kind == PARALLEL:
         return (parallel_camera(light.axis, centre, radius),)
-    near = 1e-3 * radius
+    near = frame.near_plane(light.place, lambda mesh: mesh.radiance is None)
     return cube_cameras(light.place, near, float(np.linalg.norm(light.place - centre)) + 1.01 * radius)
 
 

@@ -1,10 +1,18 @@
 """Light from infinitely far away as one latitude-longitude image."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from realtime.frame import Frame
 from scenes.exr import read_exr
 from scenes.image import Float32
 from scenes.model import ConstantLight, EnvironmentLight, Scene
+
+if TYPE_CHECKING:
+    import moderngl
 
 
 def sky_pixels(scene: Scene) -> Float32:
@@ -16,3 +24,14 @@ def sky_pixels(scene: Scene) -> Float32:
         elif isinstance(emitter, EnvironmentLight):
             total = total + np.float32(emitter.scale) * read_exr(scene.folder / emitter.path).pixels[..., :3]
     return np.ascontiguousarray(total)
+
+
+def sky_texture(frame: Frame) -> moderngl.Texture:
+    """The sky as shaders look it up with glsl/lib/sky.glsl, filtered linearly."""
+
+    def upload() -> moderngl.Texture:
+        made = frame.filtered_texture(sky_pixels(frame.scene))
+        made.repeat_y = False
+        return made
+
+    return frame.once("sky", upload)

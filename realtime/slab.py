@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
 
 from scenes.image import Float32, Float64
 
@@ -45,7 +44,7 @@ class Layers:
 
 def quadrature(cosines: Float64) -> tuple[Float64, Float64]:
     """Nodes (M,) and weights 2 mu w (M,) of a hemisphere: Gauss-Legendre, then `cosines` with no weight."""
-    nodes, weights = leggauss(STREAMS)
+    nodes, weights = np.polynomial.legendre.leggauss(STREAMS)
     mu = (nodes + 1) / 2
     return np.concatenate([mu, cosines]), np.concatenate([mu * weights, np.zeros(len(cosines))])
 

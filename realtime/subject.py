@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from realtime.bvh import TRIANGLES_A_LEAF, build
-from realtime.capture import FLOATS_A_SURFEL, Surfels, bind_lights, large_buffer
+from realtime.capture import FLOATS_A_SURFEL, Surfels, large_buffer
 from realtime.frame import Frame
 from realtime.graph import Pass
 from realtime.lights import facets_of
@@ -67,7 +67,14 @@ def subject_passes(features: Features, count: int) -> list[Pass]:
     """Add `count` surfels of the subject, and unless it is convex find what it hides from itself."""
     return [
         subject_surfels_pass(count),
-        Pass("self-visibility", _find_visibility, reads=("surfels",), writes=("visibility",), skip=_convex(features)),
+        Pass(
+            "self-visibility",
+            _find_visibility,
+            reads=("surfels", "own_surfels"),
+            writes=("visibility",),
+            skip=_convex(features),
+            is_baked=True,
+        ),
     ]
 
 
@@ -76,9 +83,9 @@ def subject_surfels_pass(count: int) -> Pass:
     return Pass(
         "subject surfels",
         lambda frame: _add_surfels(frame, count),
-        reads=("lights", "surfels"),
-        uses=("shadow_atlas",),
-        writes=("surfels",),
+        reads=("surfels",),
+        writes=("surfels", "own_surfels"),
+        is_baked=True,
     )
 
 
@@ -87,9 +94,10 @@ def transfer_pass(features: Features, directions: int) -> Pass:
     return Pass(
         "transfer",
         lambda frame: _find_transfer(frame, directions),
-        reads=("surfels",),
+        reads=("surfels", "own_surfels"),
         writes=("transfer",),
         skip=_convex(features),
+        is_baked=True,
     )
 
 
@@ -110,14 +118,13 @@ def _add_surfels(frame: Frame, count: int) -> None:
     surroundings: Surfels = frame.resources["surfels"]
     rows = [_surfel_rows(mesh, _mean_reflectance(frame, mesh), count) for mesh in _subjects(frame)]
     own = np.concatenate(rows)
-    total = surroundings.count + len(own)
-    buffer = frame.context.buffer(surroundings.buffer.read() + own.tobytes())
-    buffer.bind_to_storage_buffer(0)
-    uniforms = bind_lights(frame) | {"first": surroundings.count, "surfel_count": total}
-    frame.dispatch(frame.program("indirect/relight_surfels.comp"), len(own), group=(64, 1), **uniforms)
-    frame.resources["surfels"] = Surfels(
-        buffer, total, surroundings.count, surroundings.closed, float(own[:, 8:11].max())
+    surfels = replace(
+        surroundings,
+        buffer=frame.context.buffer(surroundings.buffer.read() + own.tobytes()),
+        count=surroundings.count + len(own),
+        own_reflectance=float(own[:, 8:11].max()),
     )
+    frame.resources |= {"surfels": surfels, "own_surfels": len(own)}
 
 
 def _surfel_rows(mesh: Mesh, reflectance: Float64, count: int) -> Float32:
@@ -137,7 +144,7 @@ def _mean_reflectance(frame: Frame, mesh: Mesh) -> Float64:
 
 def _receivers(frame: Frame) -> Receivers:
     surfels: Surfels = frame.resources["surfels"]
-    data = np.frombuffer(surfels.buffer.read(), dtype=np.float32).reshape(surfels.count, 4, 4)
+    data = np.frombuffer(surfels.buffer.read(), dtype=np.float32).reshape(surfels.count, 3, 4)
     own = data[surfels.surroundings :, :2].copy()
     own[:, :, 3] = 0
     vertices = np.concatenate([_vertex_rows(mesh) for mesh in _subjects(frame)])
@@ -203,11 +210,13 @@ def _find_transfer(frame: Frame, directions: int) -> None:
 
 
 def by_mesh(frame: Frame, values: moderngl.Buffer) -> dict[str, moderngl.Buffer]:
-    """Cut a vec4 for each vertex of the subject into a buffer for each of its meshes."""
-    buffers, first = {}, 0
-    for mesh in _subjects(frame):
-        size = 16 * len(mesh.surface.positions)
-        buffers[mesh.name] = frame.context.buffer(values.read(size, offset=first))
+    """Cut a vec4 for each vertex of the subject into a buffer for each of its meshes, the same ones in each frame."""
+    sizes = {mesh.name: 16 * len(mesh.surface.positions) for mesh in _subjects(frame)}
+    make = frame.context.buffer
+    buffers = frame.once("received", lambda: {name: make(reserve=size) for name, size in sizes.items()})
+    first = 0
+    for name, size in sizes.items():
+        frame.submit(frame.context.copy_buffer, buffers[name], values, size, read_offset=first)
         first += size
     return buffers
 
@@ -217,7 +226,7 @@ def _draw_received(frame: Frame) -> None:
     shaded = frame.texture(frame.size, 4)
     framebuffer = context.framebuffer([shaded], context.depth_renderbuffer(frame.size))
     framebuffer.use()
-    framebuffer.clear()
+    frame.submit(framebuffer.clear)
     context.enable_only(context.DEPTH_TEST)
     frame.draw(
         frame.program("indirect/received.vert", "indirect/received.frag"),

@@ -18,8 +18,9 @@ import numpy as np
 from realtime.camera import cube_cameras
 from realtime.frame import Frame, is_environment
 from realtime.graph import Pass
-from realtime.lights import FACET, PARALLEL, Light, lights_of
+from realtime.lights import FACET, PARALLEL, Light
 from realtime.shader import set_uniforms
+from realtime.shadows import scene_lights
 from realtime.technique import Parameter
 from realtime.vcm import faces_apart, the_omni_light
 from scenes.errors import InputError
@@ -41,10 +42,24 @@ AT_CENTRE = 1e-3
 
 CUBE = (
     Parameter("side", 96, (32, 64, 96, 128), "texels along an edge of the cube's faces", (1, 4096)),
-    Parameter("step_rad", 0.2, (0.1, 0.2, 0.34), "angle between neighbouring vectors of a blur pass", (0, 1)),
+    Parameter(
+        "step_rad",
+        0.2,
+        (0.1, 0.2, 0.34),
+        "angle between neighbouring vectors of a blur pass",
+        (0, 1),
+        tuned=(0.005, 0.6),
+        off=0.0,
+    ),
 )
 FAR_BRIGHTNESS = Parameter(
-    "far_brightness", 0.2, (0.2, 1.0), "what is left of the brightness of the farthest surface", (0, 1)
+    "far_brightness",
+    0.2,
+    (0.2, 1.0),
+    "what is left of the brightness of the farthest surface",
+    (0, 1),
+    tuned=(0, 1),
+    off=1.0,
 )
 
 SURROUNDINGS, CHARACTER = "cube_scale", "character"
@@ -87,23 +102,22 @@ def _casts_nothing(features: Features) -> str:
 def two_lights(lights: list[Light], centre: Float64) -> list[tuple[tuple[float, ...], Float64]]:
     """The talk's two point lights: place (with w = 0 for a direction) and colour, the two brightest at `centre`.
 
-    All facets of one emitting surface count as one light at their mean.
+    All parts of one emitting surface count as one light at their mean.
     """
     found: list[tuple[tuple[float, ...], Float64]] = []
     surfaces: dict[int, list[Light]] = {}
     for light in lights:
-        if light.kind == FACET:
-            surfaces.setdefault(light.source, []).append(light)
-        elif light.kind == PARALLEL:
+        if light.kind == PARALLEL:
             found.append(((*-light.axis, 0.0), light.strength / np.pi))
         else:
-            found.append(((*light.place, 1.0), light.strength / (np.pi * np.sum((light.place - centre) ** 2))))
-    for facets in surfaces.values():
+            surfaces.setdefault(light.source, []).append(light)
+    for parts in surfaces.values():
         color = np.zeros(3)
-        for facet in facets:
-            v = centre - facet.place
-            color += facet.strength * max(0.0, float(v @ facet.axis)) / (np.pi * np.linalg.norm(v) ** 3)
-        found.append(((*np.mean([f.place for f in facets], axis=0), 1.0), color))
+        for part in parts:
+            v = centre - part.place
+            facing = max(0.0, float(v @ part.axis)) / np.linalg.norm(v) if part.kind == FACET else 1.0
+            color += part.strength * facing / (np.pi * np.sum(v**2))
+        found.append(((*np.mean([part.place for part in parts], axis=0), 1.0), color))
     found.sort(key=lambda light: -float(light[1].sum()))
     return [*found, *[((0.0, 1.0, 0.0, 0.0), np.zeros(3))] * 2][:2]
 
@@ -117,7 +131,7 @@ def lights_at_subject(frame: Frame) -> list[tuple[tuple[float, ...], Float64]]:
         One of them is where the subject's centre is, and would have no finite colour.
     """
     centre, (low, high) = frame.subject_centre, frame.subject_box
-    lights = two_lights(lights_of(frame.scene, frame.meshes, facets=64), centre)
+    lights = two_lights(scene_lights(frame, facets=64), centre)
     for (*place, w), color in lights:
         if w == 1 and color.any() and np.linalg.norm(place - centre) < AT_CENTRE * np.linalg.norm(high - low):
             raise InputError(
@@ -147,16 +161,30 @@ def _empty_cube(frame: Frame, side: int) -> moderngl.TextureCube:
 def _clear(frame: Frame) -> None:
     side = int(frame.settings["side"])
     cube = _empty_cube(frame, side)
+    target = frame.context.texture(cube.size, 4, dtype="f1")
+    frame.submit(frame.context.framebuffer([target]).clear, alpha=1.0)
     for face in range(6):
-        cube.write(face, bytes((0, 0, 0, 255)) * side**2)
+        _copy_to_face(frame, target, cube, face)
     frame.resources["cube"] = cube
+
+
+def _copy_to_face(frame: Frame, texture: moderngl.Texture, cube: moderngl.TextureCube, face: int) -> None:
+    """Faces of a cube map cannot be drawn into: they get what was drawn into a texture, by way of a buffer."""
+    pixels = frame.once(("face", cube.size), lambda: frame.context.buffer(reserve=4 * cube.size[0] * cube.size[1]))
+    frame.submit(texture.read_into, pixels)
+    frame.submit(cube.write, face, pixels)
+
+
+def _copy_from_face(frame: Frame, cube: moderngl.TextureCube, face: int, texture: moderngl.Texture) -> None:
+    pixels = frame.once(("face", cube.size), lambda: frame.context.buffer(reserve=4 * cube.size[0] * cube.size[1]))
+    frame.submit(cube.read_into, pixels, face)
+    frame.submit(texture.write, pixels)
 
 
 def _draw_surroundings(frame: Frame) -> None:
     lights, centre = lights_at_subject(frame), frame.subject_centre
     scale = float(np.sum([color for _, color in lights], axis=0).max()) or 1.0
-    points = np.concatenate([m.surface.positions for m in frame.meshes if is_environment(m)])
-    farthest = float(np.linalg.norm(points - centre, axis=1).max())
+    farthest = frame.once("farthest", lambda: _farthest(frame))
     shader = frame.program("raster/mesh.vert", "indirect_talk/capture.frag")
     set_uniforms(
         shader,
@@ -168,6 +196,12 @@ def _draw_surroundings(frame: Frame) -> None:
     frame.context.enable_only(frame.context.DEPTH_TEST)
     _draw_faces(frame, shader, centre, (1e-3 * farthest, 1.01 * farthest), is_environment, (True, True, True, False))
     frame.resources[SURROUNDINGS] = scale
+
+
+def _farthest(frame: Frame) -> float:
+    """Distance of the farthest vertex of the surroundings from the subject's centre."""
+    points = np.concatenate([m.surface.positions for m in frame.meshes if is_environment(m)])
+    return float(np.linalg.norm(points - frame.subject_centre, axis=1).max())
 
 
 def _draw_character(frame: Frame) -> None:
@@ -201,11 +235,11 @@ def _draw_faces(
     framebuffer = context.framebuffer([target], context.depth_texture(cube.size))
     framebuffer.color_mask = channels
     for face, camera in enumerate(cube_cameras(eye, *clip_planes)):
-        target.write(cube.read(face))
+        _copy_from_face(frame, cube, face, target)
         framebuffer.use()
-        framebuffer.clear(alpha=1.0)
+        frame.submit(framebuffer.clear, alpha=1.0)
         frame.draw(shader, camera, which)
-        cube.write(face, target.read())
+        _copy_to_face(frame, target, cube, face)
 
 
 def _blur(axis: tuple[float, float, float]) -> Callable[[Frame], None]:
@@ -227,13 +261,12 @@ def _blur(axis: tuple[float, float, float]) -> Callable[[Frame], None]:
             source=0,
         )
         context.enable_only(context.NOTHING)
-        triangle = context.vertex_array(shader, [])
         with cube_bound(frame, 0):
             for face in range(6):
                 framebuffer.use()
                 shader["face"] = face
-                triangle.render(vertices=3)
-                blurred.write(face, target.read())
+                frame.screen(shader)
+                _copy_to_face(frame, target, blurred, face)
         frame.resources["cube"] = blurred
 
     return run

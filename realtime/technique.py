@@ -18,7 +18,8 @@ class Parameter:
     """A setting with its default, the values that a benchmark sweeps, and the least and the most that is allowed.
 
     The values that the sweep of a text lists are all that are allowed. `off` is the value at which a part of the
-    technique is left out, for settings that have one.
+    technique is left out, for settings that have one. `tuned` marks a constant that was chosen by eye: the range in
+    which `lightgauge fit` looks for a better one.
     """
 
     name: str
@@ -27,6 +28,7 @@ class Parameter:
     summary: str
     bounds: tuple[float, float] = (-math.inf, math.inf)
     off: SettingValue | None = None
+    tuned: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ def _draw_sums(frame: Frame) -> None:
     sums = frame.texture(frame.size, 2)
     framebuffer = context.framebuffer([sums])
     framebuffer.use()
-    framebuffer.clear()
+    frame.submit(framebuffer.clear)
     context.enable_only(context.BLEND)
     context.blend_func = context.ONE, context.ONE
     context.enable_direct(DEPTH_CLAMP)
@@ -120,7 +120,7 @@ def draw_faces(frame: Frame, shader: Any, target: Any, culled: str) -> Any:
     context = frame.context
     framebuffer = context.framebuffer([target], context.depth_renderbuffer(frame.size))
     framebuffer.use()
-    framebuffer.clear()
+    frame.submit(framebuffer.clear)
     context.enable_only(context.DEPTH_TEST | context.CULL_FACE)
     context.cull_face = culled
     frame.draw(shader, frame.camera, is_subject)

@@ -219,7 +219,7 @@ def _draw_receivers(frame: Frame) -> None:
     targets = [frame.texture(size, 4) for _ in range(2)]
     framebuffer = context.framebuffer(targets, context.depth_renderbuffer(size))
     framebuffer.use()
-    framebuffer.clear()
+    frame.submit(framebuffer.clear)
     context.enable_only(context.DEPTH_TEST)
     names = ("raster/mesh.vert", "shadow_vcm/face.geom", "shadow_vcm/receivers.frag")
     frame.draw(frame.program(*names), frame.camera)
@@ -252,7 +252,7 @@ def _draw_tiles(frame: Frame, side: int, margin: int, far_over_near: float, dept
     texture = depth_texture(context, (COLUMNS * side, ROWS * side), depth_format)
     framebuffer = context.framebuffer([], texture)
     framebuffer.use()
-    framebuffer.clear(depth=1.0)
+    frame.submit(framebuffer.clear, depth=1.0)
     context.enable_only(context.DEPTH_TEST)
     shader = frame.program("raster/mesh.vert", "shadow_vcm/depth.frag", **({"LINEAR": 1} if linear else {}))
     set_uniforms(shader, far=far)

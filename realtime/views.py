@@ -97,7 +97,7 @@ def draw_pinhole(frame: Frame) -> None:
     """Draw `image` as a pinhole sees it: the mean over GRID x GRID samples of each pixel."""
     seen = frame.texture(frame.size, 4)
     framebuffer = frame.context.framebuffer([seen], frame.context.depth_renderbuffer(frame.size))
-    framebuffer.clear(*background(frame), 1.0)
+    frame.submit(framebuffer.clear, *background(frame), 1.0)
     draw_view(frame, frame.camera, framebuffer)
     frame.resources["pinhole"] = seen
     resolve_pass("pinhole").run(frame)

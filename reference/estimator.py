@@ -22,7 +22,7 @@ import numpy as np
 
 from reference.quantities import MODULES, quantity
 from reference.quantity import Integrator, Quantity
-from reference.start import VARIANT
+from reference.start import variant
 from reference.store import Shelf, Store
 from reference.studio import Launch, Progress, Studio
 from scenes import geometry
@@ -37,6 +37,9 @@ ACCUMULATORS = 16
 
 LARGEST_BLOCK = 256
 """Samples a pixel of the largest block: float32 sums of more than 1024 are biased."""
+
+MOST_BYTES_KEPT = 1 << 28
+"""Of the blocks of a scene that were read, in memory for its other verdicts."""
 
 PATHS_A_LAUNCH = 1 << 21
 """Bounds the memory of a launch: about 1 KiB a path."""
@@ -84,7 +87,7 @@ def _code(name: str) -> str:
 @cache
 def versions() -> dict[str, str]:
     """What renders the truth, without importing it."""
-    return {"variant": VARIANT} | {name: importlib.metadata.version(name) for name in ("mitsuba", "drjit")}
+    return {"variant": variant()} | {name: importlib.metadata.version(name) for name in ("mitsuba", "drjit")}
 
 
 def truth_parts(scene: Scene, name: str) -> dict[str, Any]:
@@ -143,6 +146,7 @@ class Reference:
         self.store = store
         self.studio = studio or Studio(scene, store.root / "kernels", progress)
         self._masks: dict[str, Bool] = {}
+        self._blocks: dict[tuple[str, int], Image] = {}
         self._begun_with = scene_parts(scene)
 
     @property
@@ -255,7 +259,8 @@ class Reference:
         total = np.zeros((ACCUMULATORS, rows // ACCUMULATORS, found.channels * (2 if is_clamped else 1)))
         seconds = 0.0
         for index, size in enumerate(sizes):
-            block = shelf.image(_block_name(index), partial(self._block, shelf, found, launches[index], mask, size))
+            make = partial(self._block, shelf, found, launches[index], mask, size)
+            block = self._read_once(shelf, index, make)
             total += size * block.pixels.astype(np.float64)
             seconds += block.provenance["seconds"]
         accumulators = np.zeros((ACCUMULATORS, *mask.shape, total.shape[-1]), dtype=np.float32)
@@ -263,6 +268,17 @@ class Reference:
         kept, removed = accumulators[..., : found.channels], accumulators[..., found.channels :]
         spp = sum(sizes) * ACCUMULATORS
         return Truth(found.name, shelf.key, kept, mask, spp, seconds, integrator, removed if is_clamped else None)
+
+    def _read_once(self, shelf: Shelf, index: int, make: Callable[[], Image]) -> Image:
+        """A block, read or rendered once as long as there is room for it: every look at a verdict asks for it again."""
+        key = shelf.key, index
+        if key in self._blocks:
+            shelf.touch(_block_name(index))
+            return self._blocks[key]
+        block = shelf.image(_block_name(index), make)
+        if sum(kept.pixels.nbytes for kept in self._blocks.values()) + block.pixels.nbytes <= MOST_BYTES_KEPT:
+            self._blocks[key] = block
+        return block
 
     def _launches(self, name: str, key: str, rows: int, index: int, spp: int) -> list[Launch]:
         """What makes up a block of `spp` samples for each row: each judged pixel of each accumulator."""

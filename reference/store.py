@@ -5,6 +5,7 @@
         check.json, images/*.png    or a finished check
     kernels/        what Dr.Jit has compiled
     runs/           a file for each process that uses the store now
+    tidied.json     there as long as nothing has been written since the store was last looked through
 
 A block is written once, atomically, and never changed; samples merge by adding blocks. A run that is cut off therefore
 loses the block in flight and nothing else, and a block whose pixels no longer match their checksum is dropped and
@@ -42,6 +43,7 @@ LONGEST_RUN_SECONDS = 86400.0
 """Where the file system knows no locks, a run that began longer ago is taken to have ended."""
 
 TEMPORARY = ".*.tmp"
+TIDIED = "tidied.json"
 
 
 @dataclass
@@ -66,7 +68,8 @@ class Store:
         InputError
             The store cannot be written to.
         """
-        shelf = Shelf(self, digest_of(parts), self.folder(parts), parts)
+        folder = self.folder(parts)
+        shelf = Shelf(self, folder.name, folder, parts)
         try:
             _ = self.in_use_since
             shelf.make()
@@ -83,6 +86,10 @@ class Store:
         """The folder of the shelf for these parts, whether or not it is there."""
         key = digest_of(parts)
         return self.root / key[:2] / key
+
+    def has_grown(self) -> None:
+        """Say that something was written, so that the store is looked through at the end of a run."""
+        (self.root / TIDIED).unlink(missing_ok=True)
 
     @cached_property
     def in_use_since(self) -> float:
@@ -113,18 +120,24 @@ class Shelf:
             self.folder.mkdir(parents=True, exist_ok=True)
             with suppress(FileNotFoundError):  # removed by another process in between
                 write_text(description, json.dumps(self.parts, indent=1, sort_keys=True))
+                self.store.has_grown()
 
     def has(self, name: str) -> bool:
         """Whether there is an image of that name, whole or not."""
         return self._path(name).exists()
+
+    def touch(self, name: str) -> Path:
+        """Note that the image of that name is used, and give its path."""
+        path = self._path(name)
+        self.store.touched.add(path)
+        return path
 
     def image(self, name: str, render: Callable[[], Image]) -> Image:
         """The image of that name, read if it is there and whole, else rendered and kept.
 
         While another process renders into this shelf, this one waits for it and calls the store's `waiting`.
         """
-        path = self._path(name)
-        self.store.touched.add(path)
+        path = self.touch(name)
         while True:
             found, _ = whole_image(path)
             if found is not None:
@@ -152,7 +165,8 @@ class Shelf:
         while True:
             self.make()
             try:
-                return write_exr(path, image)
+                write_exr(path, image)
+                return self.store.has_grown()
             except ImageError as error:
                 if not isinstance(error.__cause__, FileNotFoundError):  # then another process has removed the folder
                     raise

@@ -10,7 +10,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from reference.store import Shelf, Store, beside_of, oldest_run, runs_of, sweep, time_of, whole_image
+from reference.store import (
+    TIDIED,
+    Shelf,
+    Store,
+    beside_of,
+    oldest_run,
+    runs_of,
+    sweep,
+    time_of,
+    whole_image,
+    write_text,
+)
 from scenes.digest import digest_of
 from scenes.exr import ATTRIBUTE
 
@@ -89,6 +100,19 @@ def evict(store: Store, limit_bytes: int) -> Eviction:
                 removed.append(record)
                 left -= record.size
         return Eviction(tuple(removed), left)
+
+
+def tidy(store: Store, limit_bytes: int) -> Eviction | None:
+    """As `evict`, unless nothing has been written since that last left no more than `limit_bytes`: then None."""
+    mark = store.root / TIDIED
+    limit = _json_of(mark).get("limit")
+    if isinstance(limit, int) and limit <= limit_bytes:
+        return None
+    write_text(mark, json.dumps({"limit": limit_bytes}))  # first: whatever is written meanwhile takes it away
+    done = evict(store, limit_bytes)
+    if done.left > limit_bytes:
+        store.has_grown()
+    return done
 
 
 def merge(store: Store, other: Path) -> int:
@@ -228,4 +252,5 @@ def _merge_check(shelf: Shelf, source: Path) -> bool:
     for path in (*_files(source.parent, "images/*.png", "images/*.exr"), source):
         with beside_of(shelf.folder / path.relative_to(source.parent)) as beside:
             shutil.copyfile(path, beside)
+    shelf.store.has_grown()
     return True

@@ -3,16 +3,20 @@
 import ast
 import hashlib
 import json
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Collection, Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from scenes.errors import SceneError
+from scenes.known import about
 from scenes.model import Scene
 
 IMAGE_PARTS = {"length_unit", "sensor", "materials", "shapes", "emitters", "subject"}
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+PACKAGES_FOLDER = Path(__file__).parents[1]
+FILE_NAME = re.compile(r"[\w*./-]+\.\w+")
 
 
 def digest_of(*parts: Any) -> str:
@@ -26,17 +30,78 @@ def file_content(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise SceneError(f"{path}: cannot be read ({error.strerror}). Correct the path or restore the file.") from error
+        raise _unreadable(path, error) from error
 
 
 def file_digest(path: Path) -> str:
-    """SHA-256, 64 hexadecimal digits, of a file's bytes."""
-    return hashlib.sha256(file_content(path)).hexdigest()
+    """SHA-256, 64 hexadecimal digits, of a file's bytes; raises SceneError if it cannot be read."""
+    try:
+        digest: str = about(path, "sha256", lambda file: hashlib.sha256(file.read_bytes()).hexdigest())
+    except OSError as error:
+        raise _unreadable(path, error) from error
+    return digest
+
+
+def _unreadable(path: Path, error: OSError) -> SceneError:
+    return SceneError(f"{path}: cannot be read ({error.strerror}). Correct the path or restore the file.")
 
 
 def code_digest(*paths: Path) -> str:
     """Digest of what Python files do: comments, docstrings and layout do not matter."""
-    return digest_of(*[_digest_of_code(path.read_bytes()) for path in paths])
+    return digest_of(*[_of_code(path)["code"] for path in paths])
+
+
+def names_in(path: Path) -> list[str]:
+    """Whatever a Python file says that could be the name of a file; `*` stands for what is filled in later."""
+    names: list[str] = _of_code(path)["names"]
+    return names
+
+
+def _of_code(path: Path) -> dict[str, Any]:
+    """What a Python file does, as a digest; the modules that it imports; and what could be names of files in it."""
+
+    def found(file: Path) -> dict[str, Any]:
+        tree = ast.parse(file.read_bytes())
+        names = sorted({text for node in ast.walk(tree) if FILE_NAME.fullmatch(text := _text_of(node))})
+        imports = sorted(_imported_names(tree))  # before the docstrings are taken out of the tree
+        return {"code": digest_of(_plain(_without_docstrings(tree))), "imports": imports, "names": names}
+
+    facts: dict[str, Any] = about(path, "python", found)
+    return facts
+
+
+def _text_of(node: ast.AST) -> str:
+    """The text that a constant or an f-string stands for; empty for anything else."""
+    if isinstance(node, ast.JoinedStr):
+        return "".join(_text_of(part) or "*" for part in node.values)
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
+
+
+def used_by(modules: Iterable[str], packages: Collection[str], registries: Collection[str] = ()) -> frozenset[Path]:
+    """The files of modules and of whatever they import from some packages, and so on.
+
+    `registries` are modules that are passed over: they only name others, which are imported when asked for.
+    """
+    found: set[Path] = set()
+    waiting = list(modules)
+    seen = set(registries)
+    while waiting:
+        name = waiting.pop()
+        if name not in seen and name.partition(".")[0] in packages:
+            seen.add(name)
+            file, imported = _module(name)
+            if file is not None:
+                found.add(file)
+                waiting += imported
+    return frozenset(found)
+
+
+@cache
+def _module(name: str) -> tuple[Path | None, list[str]]:
+    """The file of a module and what it imports; no file if there is no such module."""
+    place = PACKAGES_FOLDER.joinpath(*name.split("."))
+    file = next((f for f in (place.with_suffix(".py"), place / "__init__.py") if f.exists()), None)
+    return file, _of_code(file)["imports"] if file else []
 
 
 @cache
@@ -52,7 +117,7 @@ def with_imports(path: Path) -> frozenset[Path]:
         module = waiting.pop()
         if module not in found:
             found.add(module)
-            names = _imported_names(ast.parse(module.read_bytes()))
+            names = _of_code(module)["imports"]
             files = (package.parent.joinpath(*name.split(".")).with_suffix(".py") for name in names)
             waiting += [file for file in files if file.is_relative_to(package) and file.exists()]
     return frozenset(found)
@@ -67,11 +132,6 @@ def _imported_names(tree: ast.Module) -> set[str]:
         elif isinstance(node, ast.ImportFrom) and node.module is not None:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
     return names
-
-
-@cache
-def _digest_of_code(source: bytes) -> str:
-    return digest_of(_plain(_without_docstrings(ast.parse(source))))
 
 
 def scene_parts(scene: Scene) -> dict[str, Any]:

@@ -10,6 +10,7 @@ LITERAL_STRING = r"'[^'\n]*'"
 KEY_PART = rf"(?:[A-Za-z0-9_-]+|{BASIC_STRING}|{LITERAL_STRING})"
 KEY = re.compile(rf"{KEY_PART}(?:[ \t]*\.[ \t]*{KEY_PART})*")
 STRING = re.compile(rf'"""(?:[^\\]|\\.)*?"{{3,5}}|\'\'\'.*?\'{{3,5}}|{BASIC_STRING}|{LITERAL_STRING}', re.DOTALL)
+BARE_KEY = re.compile(r"[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*")
 BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 SCALAR = re.compile(r"[^,\]}#\n]+")
 OPENING = re.compile(r"\[\[?")
@@ -124,6 +125,8 @@ class _Scanner:
 
 def _parts(key: str) -> list[str]:
     """The parts of a dotted key, with quotes and escapes resolved by the parser itself."""
+    if BARE_KEY.fullmatch(key):
+        return key.split(".")
     table = tomllib.loads(f"{key} = 0")
     parts: list[str] = []
     while isinstance(table, dict):

@@ -23,11 +23,11 @@ from comparisons.external import (
 )
 from comparisons.gate import Verdict
 from comparisons.image_files import ColorSpace, ImageFile, read_image
+from comparisons.judgement import advice, evidence
 from comparisons.report.names import stem_of
 from comparisons.report.numbers import format_bound, format_count, format_interval, format_metric, format_number
 from comparisons.result import CheckResult
 from comparisons.results import prepare_folder, results_json, write_run
-from comparisons.runner import advice, evidence
 from comparisons.sequential import Decision, decide, fixed_spp
 from comparisons.suite import exit_status
 from comparisons.summary import closing_lines

@@ -8,7 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from comparisons.difference import Candidate, Comparison, Preference, compare, error_named, read_linear
+from comparisons.difference import Candidate, Comparison, Preference, compare, error_named
+from comparisons.linear import read_linear
 from comparisons.metrics import Estimate
 from comparisons.parity import QUANTITIES as PARITY_QUANTITIES
 from comparisons.report.numbers import format_count, format_interval, format_metric, format_number, format_seconds

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from scenes.errors import InputError
+
 SCHEMA = 1
 FILE_NAME = "bench.json"
 
@@ -42,7 +44,10 @@ class FrameCost:
 class Point:
     """A technique with some settings on a scene: its error by `metric` and what a frame costs.
 
-    `swept` names the setting that differs from its default; empty for the defaults, "sensor" for another resolution.
+    swept : names the settings that differ from their defaults; empty for the defaults, "sensor" for another resolution
+    is_fitted : the image was multiplied by the factor that fits the truth best before it was judged
+    spp : samples a pixel of the truth, 0 where that is exact
+    note : why the interval is wide or cannot be trusted, empty if it can
     """
 
     scene: str
@@ -56,13 +61,17 @@ class Point:
     metric: str
     error: Interval
     cost: FrameCost
+    is_fitted: bool = False
+    spp: int = 0
+    note: str = ""
 
 
 @dataclass(frozen=True)
 class Traced:
     """The path tracer's image of a scene at `spp`: its error by the same metric, from the noise of its samples alone.
 
-    `seconds` is the time of one image, by the wall clock, once its kernels are compiled.
+    `seconds` is the time of one image of the judged pixels, by the wall clock, once its kernels are compiled, from so
+    many `images`. An exact truth, such as one by ray casts, has 0 spp and no error.
     """
 
     scene: str
@@ -77,6 +86,21 @@ class Traced:
     error: Interval
     seconds: Interval
     peak_bytes: int
+    images: int = 0
+
+
+@dataclass(frozen=True)
+class Slope:
+    """The power law error = coefficient * spp ** exponent of the path tracer; `r2` as in `Scaling`."""
+
+    scene: str
+    quantity: str
+    metric: str
+    width: int
+    height: int
+    exponent: Interval
+    coefficient: float
+    r2: float
 
 
 @dataclass(frozen=True)
@@ -125,6 +149,7 @@ class Bench:
     started: str
     points: tuple[Point, ...] = ()
     traced: tuple[Traced, ...] = ()
+    slopes: tuple[Slope, ...] = ()
     scaling: tuple[Scaling, ...] = ()
     ablations: tuple[Ablation, ...] = ()
     claims: tuple[str, ...] = ()
@@ -132,3 +157,29 @@ class Bench:
 
     def to_json(self) -> dict[str, Any]:
         return {"schema": SCHEMA, **asdict(self)}
+
+
+def bench_of(plain: Mapping[str, Any]) -> Bench:
+    """The benchmark whose `to_json` this is.
+
+    Raises
+    ------
+    InputError
+        It has another schema, or lacks or misstates something.
+    """
+    from pydantic import TypeAdapter, ValidationError
+
+    if plain.get("schema") != SCHEMA:
+        raise InputError(
+            f"This benchmark has schema {plain.get('schema')!r}, but this version reads schema {SCHEMA}. Run "
+            "`lightgauge bench` again to get one that it can read."
+        )
+    try:
+        return TypeAdapter(Bench).validate_python(plain)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"]))
+        raise InputError(
+            f"This benchmark is not as `lightgauge bench` writes it: {place}: {first['msg']}. Run it again, or undo "
+            "what was changed in the file."
+        ) from error

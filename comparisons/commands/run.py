@@ -43,6 +43,7 @@ def run_checks(options: argparse.Namespace, say: Say) -> int:
 def _run(options: argparse.Namespace, say: Say, interrupt: Interrupt) -> int:
     from comparisons.answers.store import evicted_note, parse_size
     from comparisons.batch import opening_lines, run_selection
+    from comparisons.cache import keep_known
     from comparisons.doctor import require_writable
     from comparisons.jobs import require_jobs
     from comparisons.overrides import idle_lines, idle_overrides
@@ -55,7 +56,7 @@ def _run(options: argparse.Namespace, say: Say, interrupt: Interrupt) -> int:
     from comparisons.summary import closing_lines
     from realtime.own import own_files
     from reference.store import Store
-    from reference.upkeep import evict
+    from reference.upkeep import tidy
 
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.perf_counter()
     own = load_techniques(options.techniques, options.budgets)
@@ -76,11 +77,13 @@ def _run(options: argparse.Namespace, say: Say, interrupt: Interrupt) -> int:
     jobs = min(options.jobs, max(1, len(chosen.requests)))
     results = run_selection(chosen, store, setup, jobs, interrupt, say)
     shown = with_pictures(options.folder, store, results)
-    store.notes.extend(evicted_note(evict(store, limit), limit))
+    if (tidied := tidy(store, limit)) is not None:
+        store.notes.extend(evicted_note(tidied, limit))
     content = results_json(shown, started, time.perf_counter() - clock, store.notes)
     idle = idle_overrides(chosen.every_check, {r.gl_renderer for r in results if r.gl_renderer})
     content |= chosen.to_json() | {"jobs": jobs, "idle_overrides": idle}
     page = write_run(options.folder, content, options.history)
+    keep_known(store)
     seconds = time.perf_counter() - clock
     notes = [*store.notes, *idle_lines(idle)]
     say_all(say, closing_lines(results, notes, page, seconds, chosen.broken, 1 if options.dask else jobs))

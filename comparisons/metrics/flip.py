@@ -1,5 +1,6 @@
 """FLIP: the difference a viewer sees when flipping between two images."""
 
+import hashlib
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,14 @@ from comparisons.metrics.bracket import bracket
 from comparisons.metrics.sample import Estimate, Samples, require_rgb
 from comparisons.tonemap import exposure_for, to_display
 from scenes.image import Float64
+
+MAPS_KEPT = 32
+"""Those of the last checks: what the noise of a truth alone reads is the same for every technique that is held against
+it, and the picture of a check often shows a map that was just judged.
+"""
+
+_maps: dict[tuple[tuple[int, ...], bytes], NDArray[np.float32]] = {}
+"""By the content of both images, the oldest first."""
 
 
 def flip(image_test: Float64, samples: Samples) -> Estimate:
@@ -48,9 +57,19 @@ def flip_image(image_test: NDArray[Any], samples: Samples) -> NDArray[np.float32
 
 def flip_map(display_true: Float64, display_test: Float64) -> NDArray[np.float32]:
     """(H, W) FLIP error of two images (H, W, 3) of sRGB code values in [0, 1]."""
+    true, test = (np.ascontiguousarray(image, dtype=np.float32) for image in (display_true, display_test))
+    key = true.shape, hashlib.sha256(true.tobytes() + test.tobytes()).digest()
+    if key not in _maps:
+        _maps[key] = _evaluated(true, test)
+        if len(_maps) > MAPS_KEPT:
+            del _maps[next(iter(_maps))]
+    return _maps[key]
+
+
+def _evaluated(true: NDArray[np.float32], test: NDArray[np.float32]) -> NDArray[np.float32]:
     from flip_evaluator import evaluate
 
-    true, test = (np.ascontiguousarray(image, dtype=np.float32) for image in (display_true, display_test))
     error_map, _, _ = evaluate(true, test, "LDR", inputsRGB=True, applyMagma=False)
-    errors: NDArray[np.float32] = error_map[..., 0]
+    errors: NDArray[np.float32] = error_map[..., 0].copy()
+    errors.flags.writeable = False
     return errors

@@ -1,8 +1,9 @@
 """The report of a run as a folder of pages that need no network: the overview, and a page for each check."""
 
+import hashlib
 import json
-from collections.abc import Iterator, Mapping
-from functools import cache
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ from comparisons.report import criterion, glance, numbers
 from comparisons.report.check import GLYPHS, CheckView
 from comparisons.report.pictures import DIVERGING, NOT_A_NUMBER, NOT_JUDGED, WITHIN_NOISE
 from comparisons.report.view import Overview, keys_of, overview_of
+from scenes.digest import code_digest, digest_of, file_digest, used_by
 from scenes.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,6 +21,10 @@ if TYPE_CHECKING:
 
 TEMPLATES = Path(__file__).parent / "templates"
 ASSETS = (".css", ".js")
+PACKAGES = ("comparisons", "reference", "scenes")
+WRITTEN = "pages.json"
+"""Lies beside the overview: what each page of a check was made of, so that one that is unchanged stays."""
+
 STILLS = {
     "realtime": "Real-time",
     "truth": "Truth",
@@ -53,47 +59,96 @@ def write_report(folder: Path, results: Mapping[str, Any], history: "History | N
     """
     overview = overview_of(results, history)
     path = folder / "index.html"
+    written = _written(folder)
+    files: dict[str, tuple[str, str]] = {}
     try:
-        for name, text in _files(overview, history):
+        for name, made_of, text_of in _files(overview, history):
             path = folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
+            if not made_of or written.get(name) != [made_of, _digest(path)]:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text_of(), encoding="utf-8")
+            if made_of:
+                files[name] = made_of, _digest(path)
+        (folder / WRITTEN).write_text(json.dumps(files, indent=0), encoding="utf-8")
     except OSError as error:
         raise InputError(
             f"The report cannot be written to {path}: {error.strerror}. Choose a folder that you may write to."
         ) from error
-    return path
+    return folder / "index.html"
 
 
-def _files(overview: Overview, history: "History | None") -> Iterator[tuple[str, str]]:
-    """Names and contents, the overview last: what it leads to is there by then."""
+def _written(folder: Path) -> dict[str, Any]:
+    """For each page of a check what it was made of and its content, as digests; {} if that is not known."""
+    try:
+        found = json.loads((folder / WRITTEN).read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _digest(path: Path) -> str:
+    """SHA-256 of a file; empty if there is none. A page that somebody has edited is written anew."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except FileNotFoundError:
+        return ""
+
+
+File = tuple[str, str, Callable[[], str]]
+"""A file of the report: its name, the digest of everything that it is made of, empty if that is new in every run, and
+what gives its text.
+"""
+
+
+def _files(overview: Overview, history: "History | None") -> Iterator[File]:
+    """The overview comes last: what it leads to is there by then."""
     for asset in sorted(TEMPLATES.iterdir()):
         if asset.suffix in ASSETS:
-            yield f"assets/{asset.name}", asset.read_text(encoding="utf-8")
-    yield "assets/controls.js", controls_script()
+            yield f"assets/{asset.name}", file_digest(asset), partial(asset.read_text, encoding="utf-8")
+    yield "assets/controls.js", page_code(), controls_script
+    yield "assets/checks.js", "", partial(_checks_script, overview)
+    yield from _check_pages(overview, history)
+    yield "index.html", "", lambda: jinja_environment().get_template("index.html").render(page=overview)
+
+
+def _checks_script(overview: Overview) -> str:
+    """What the pages of all checks share: what is said of the run, and what checks are chosen and named by."""
     keys = ",\n".join(json.dumps(keys_of(view), separators=(",", ":")) for view in overview.all)
-    yield "assets/checks.js", f'"use strict";\nconst CHECKS = [\n{keys}\n];\n'
-    environment = _environment()
-    template = environment.get_template("check.html")
-    neighbours = (None, *overview.all, None)
+    run = json.dumps(" · ".join(overview.summary))
+    return f'"use strict";\nconst RUN = {run};\nconst CHECKS = [\n{keys}\n];\n'
+
+
+def _check_pages(overview: Overview, history: "History | None") -> Iterator[File]:
+    code = page_code()
+    neighbours = (None, *(view.name for view in overview.all), None)
     for number, view in enumerate(overview.all):
-        yield (
-            f"checks/{view.name}.html",
-            template.render(
-                page=overview,
-                check=view,
-                previous=neighbours[number],
-                following=neighbours[number + 2],
-                place=number + 1,
-                trend=_trend(view, history),
-            ),
-        )
-    yield "index.html", environment.get_template("index.html").render(page=overview)
+        shown = {
+            "previous": neighbours[number],
+            "following": neighbours[number + 2],
+            "place": number + 1,
+            "total": len(overview.all),
+            "environment": dict(overview.environment),
+            "trend": _trend(view, history),
+        }
+        made_of = json.dumps((code, view.name, view.raw, shown), sort_keys=True)
+        digest = hashlib.sha256(made_of.encode()).hexdigest()
+        yield f"checks/{view.name}.html", digest, partial(_check_page, view, shown)
+
+
+def _check_page(view: CheckView, shown: Mapping[str, Any]) -> str:
+    return jinja_environment().get_template("check.html").render(check=view, **shown)
+
+
+@cache
+def page_code() -> str:
+    """Digest of all code, templates included, that makes the page of a check from its results."""
+    templates = [file_digest(path) for path in sorted(TEMPLATES.glob("*.html"))]
+    return digest_of(code_digest(*sorted(used_by((__name__,), PACKAGES))), templates)
 
 
 def controls_script() -> str:
     """The script that brings the controls of the viewer: one for all checks."""
-    return f"lightgauge.controls = {json.dumps(_environment().get_template('controls.html').render())};\n"
+    return f"lightgauge.controls = {json.dumps(jinja_environment().get_template('controls.html').render())};\n"
 
 
 def _trend(view: CheckView, history: "History | None") -> str:
@@ -104,7 +159,8 @@ def _trend(view: CheckView, history: "History | None") -> str:
 
 
 @cache
-def _environment() -> "Environment":
+def jinja_environment() -> "Environment":
+    """What renders the templates of all pages."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(

@@ -218,7 +218,8 @@ def _validate(test: Float32, truth: Float32, mask: Bool, error_scale: float) -> 
 
 
 def _save(path: Path, pixels: Bytes) -> None:
+    """Write a PNG. An optimised one takes four times as long, and is 4 % smaller."""
     from PIL import Image as Picture
 
     with beside_of(path) as beside:
-        Picture.fromarray(pixels).save(beside, format="PNG", optimize=True)
+        Picture.fromarray(pixels).save(beside, format="PNG")

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparisons.metrics import Samples
+from comparisons.metrics.sample import Samples
 from comparisons.report.pictures import DIVERGING, MAGMA, NOT_A_NUMBER, NOT_JUDGED, VIRIDIS, WITHIN_NOISE
 from comparisons.significance import Significance
 from reference.quantity import Display

@@ -30,7 +30,13 @@ LONGEST_NAME = 20
 
 LEGEND_WIDTH = 138.0
 
+MOST_TICKS = 7
+"""There is room for so many labels along the x axis."""
+
 MUTED_MARK = "M-3,-3L3,3M-3,3L3,-3"
+LINE_MARK = "M-6,0H6"
+DASHED_MARK = "M-6,0h5m2,0h5"
+FAINT = ' opacity=".4"'
 
 
 @dataclass(frozen=True)
@@ -38,7 +44,7 @@ class Point:
     """A measured value; `low` and `high` are its interval, if it has one. `x` is positive.
 
     What is 0 stands at the lower edge, a hollow mark. `title` is shown under the pointer, `address` is where a click
-    leads; both may be empty.
+    leads; both may be empty. What `is_dim` stands back.
     """
 
     x: float
@@ -47,19 +53,30 @@ class Point:
     high: float | None = None
     title: str = ""
     address: str = ""
+    is_dim: bool = False
 
 
 @dataclass(frozen=True)
 class Series:
-    """`is_joined`: a line runs through the points. `is_muted`: small crosses in the colour of the text, for context."""
+    """Points that belong together.
+
+    is_joined : a line runs through the points
+    is_muted  : small crosses in the colour of the text, for context
+    is_line   : nothing but the line, in the colour of the text; a fit, or what bounds the others
+    is_dashed : of the line, to tell two of them apart
+    """
 
     name: str
     points: Sequence[Point]
     is_joined: bool = True
     is_muted: bool = False
+    is_line: bool = False
+    is_dashed: bool = False
 
     def look(self, index: int) -> tuple[str, str]:
         """Mark and colour of the series with that number."""
+        if self.is_line:
+            return (DASHED_MARK if self.is_dashed else LINE_MARK), "currentColor"
         if self.is_muted:
             return MUTED_MARK, "currentColor"
         return MARKS[(index + index // len(COLOURS)) % len(MARKS)], COLOURS[index % len(COLOURS)]
@@ -79,11 +96,11 @@ class _Axis:
         return self.start + share * (self.end - self.start)
 
     def ticks(self) -> list[float]:
-        """Powers of ten; with less than two of them their doubles and fives too."""
+        """Powers of ten, `MOST_TICKS` at most; with less than two of them their doubles and fives too."""
         decades = range(math.floor(math.log10(self.least)), math.ceil(math.log10(self.most)) + 1)
         inside = [10.0**n for n in decades if self.least <= 10.0**n <= self.most]
         if len(inside) >= 2:
-            return inside
+            return inside[:: math.ceil(len(inside) / MOST_TICKS)]
         finer = (digit * 10.0**n for n in decades for digit in (1, 2, 5))
         return [value for value in finer if self.least <= value <= self.most]
 
@@ -109,7 +126,7 @@ def loglog_plot(
     parts = [*_frame(x, y, title, x_label, y_label, x_text)]
     numbers = iter(range(MOST_SERIES))
     for row, one in enumerate(series):
-        mark, colour = one.look(0 if one.is_muted else next(numbers))
+        mark, colour = one.look(0 if one.is_muted or one.is_line else next(numbers))
         parts += _drawn(one, mark, colour, x, y)
         parts.append(_legend(one.name, mark, colour, TOP + 10 + 20 * row))
     described = "; ".join(f"{s.name}: " + ", ".join(f"{p.x:.3g} {p.y:.3g}" for p in s.points) for s in series)
@@ -148,15 +165,18 @@ def _frame(x: _Axis, y: _Axis, title: str, x_label: str, y_label: str, x_text: C
 def _drawn(series: Series, mark: str, colour: str, x: _Axis, y: _Axis) -> Iterator[str]:
     if series.is_joined:
         corners = " ".join(f"{x.at(p.x):.1f},{y.at(p.y):.1f}" for p in series.points)
-        yield f'<polyline points="{corners}" fill="none" stroke="{colour}" stroke-width="1.5"/>'
-    for p in series.points:
+        stroke = 'stroke-width="1.25" stroke-opacity=".55"' if series.is_line else 'stroke-width="1.5"'
+        stroke += ' stroke-dasharray="5 3"' if series.is_dashed else ""
+        yield f'<polyline points="{corners}" fill="none" stroke="{colour}" {stroke}/>'
+    for p in () if series.is_line else series.points:
+        faint = FAINT if p.is_dim else ""
         across = x.at(p.x)
         if p.low is not None and p.high is not None:
             bar = f"M{across:.1f},{y.at(p.low):.1f}V{y.at(p.high):.1f}"
-            yield f'<path d="{bar}" stroke="{colour}" stroke-width="1.5"/>'
+            yield f'<path d="{bar}" stroke="{colour}" stroke-width="1.5"{faint}/>'
         paint = _paint(colour, is_hollow=p.y == 0, is_muted=series.is_muted)
         title = f"<title>{escape(p.title or f'{p.x:.3g}: {p.y:.3g}')}</title>"
-        drawn = f'<path d="{mark}" transform="translate({across:.1f} {y.at(p.y):.1f})" {paint}>{title}</path>'
+        drawn = f'<path d="{mark}" transform="translate({across:.1f} {y.at(p.y):.1f})" {paint}{faint}>{title}</path>'
         yield f'<a href="{escape(p.address)}" tabindex="-1">{drawn}</a>' if p.address else drawn
 
 
@@ -168,7 +188,7 @@ def _paint(colour: str, *, is_hollow: bool, is_muted: bool) -> str:
 
 def _legend(name: str, mark: str, colour: str, height: float) -> str:
     across = WIDTH - RIGHT + 16
-    paint = _paint(colour, is_hollow=False, is_muted=mark == MUTED_MARK)
+    paint = _paint(colour, is_hollow=False, is_muted=mark in (MUTED_MARK, LINE_MARK, DASHED_MARK))
     fit = f' textLength="{LEGEND_WIDTH:g}" lengthAdjust="spacingAndGlyphs"' if len(name) > LONGEST_NAME else ""
     return (
         f'<path d="{mark}" transform="translate({across:g} {height:g})" {paint}/>'

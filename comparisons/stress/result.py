@@ -25,6 +25,8 @@ class Outcome:
     first_failing : the first magnitude whose error exceeds the tolerance, or at which something went wrong; else None
     reproduce : the command that shows the first failure again
     limit : the magnitude from which it is known to break, and `why`, where that is documented; else None
+    is_rising : whether larger magnitudes are harsher
+    unfit : why the stress cannot be put on the subject, or not beyond the last trial; else empty
     """
 
     subject: str
@@ -36,6 +38,8 @@ class Outcome:
     reproduce: str
     limit: float | None = None
     why: str = ""
+    is_rising: bool = True
+    unfit: str = ""
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)

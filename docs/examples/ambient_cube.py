@@ -21,7 +21,7 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
         gbuffer_pass(),
         *captured(features, settings),
         *bounce_passes(features),
-        Pass("six sides", _gather, reads=("surfels",), uses=("reflected",), writes=("sides",)),
+        Pass("six sides", _gather, reads=("surfels", "lit"), uses=("reflected",), writes=("sides",)),
         Pass("shade", _shade, reads=("normal", "albedo", "sides"), writes=("shaded",)),
         resolve_pass("shaded"),
     ]

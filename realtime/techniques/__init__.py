@@ -4,7 +4,6 @@ Those of a user are added by `realtime.own.load_own`.
 """
 
 import importlib
-from pathlib import Path
 
 from realtime.technique import Technique
 from scenes.errors import InputError, unknown_name
@@ -55,8 +54,3 @@ def technique(name: str) -> Technique:
         raise InputError(f"{unknown} {own}")
     found: Technique = importlib.import_module(MODULES[name]).TECHNIQUES[name]
     return found
-
-
-def source_files(root: Path) -> list[Path]:
-    """All files under the package's folder that an image may depend on."""
-    return sorted([*root.rglob("*.py"), *(path for path in root.rglob("glsl/**/*") if path.is_file())])

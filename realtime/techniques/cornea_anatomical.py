@@ -25,7 +25,8 @@ from realtime.eye_exchange import RINGS, SECTORS, iris_exchange
 from realtime.frame import Frame
 from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
-from realtime.lights import light_rows, lights_of
+from realtime.lights import light_rows
+from realtime.shadows import scene_lights
 from realtime.technique import Parameter, Technique
 from scenes.checks import SettingValue
 from scenes.features import Features
@@ -49,9 +50,12 @@ LIGHT = (
         "focus",
         tuple(CAUSTICS),
         "focus: light is bent and focused; flat: bent alone; straight: neither",
+        off="straight",
     ),
-    Parameter("interreflection", True, (False, True), "whether light goes back and forth between iris and cornea"),
-    Parameter("bend_steps", 4, (0, 1, 2, 4, 8), "Newton steps to where light enters the cornea", (0, 100)),
+    Parameter(
+        "interreflection", True, (False, True), "whether light goes back and forth between iris and cornea", off=False
+    ),
+    Parameter("bend_steps", 4, (0, 1, 2, 4, 8), "Newton steps to where light enters the cornea", (0, 100), off=0),
     Parameter("facets", 16, (1, 4, 16, 64), "points that stand for each disk light", (1, 4096)),
     Parameter("sky_rays", 128, (32, 128, 512), "directions in which a point looks for the sky", (1, 4096)),
 )
@@ -94,7 +98,8 @@ def _light_passes(scene: Scene, settings: Mapping[str, SettingValue], **seen: in
     return [
         Pass("lights on the eye", _lights, writes=("eye_lights",)),
         Pass("iris cells", _cells, reads=("eye_lights",), uses=("sky",), writes=("cells",), skip=off),
-        Pass("iris bounces", _bounces, reads=("cells",), writes=("returned",), skip=off),
+        Pass("iris exchange", _exchange, writes=("exchange",), skip=off, is_baked=True),
+        Pass("iris bounces", _bounces, reads=("cells", "exchange"), writes=("returned",), skip=off),
         Pass(
             "eye",
             lambda frame: _shade(frame, **seen),
@@ -107,7 +112,7 @@ def _light_passes(scene: Scene, settings: Mapping[str, SettingValue], **seen: in
 
 
 def _lights(frame: Frame) -> None:
-    lights = lights_of(frame.scene, frame.meshes, int(frame.settings["facets"]))
+    lights = scene_lights(frame, int(frame.settings["facets"]))
     rows = light_rows(lights_in_eye_frame(the_eye(frame.scene), lights))
     frame.resources["eye_lights"] = frame.context.buffer(rows.tobytes()), len(lights)
 
@@ -118,8 +123,7 @@ def _bind_light(frame: Frame) -> tuple[dict[str, int], dict[str, Any]]:
     eye, model = _model(frame)
     buffer, count = frame.resources["eye_lights"]
     buffer.bind_to_storage_buffer(3)
-    frame.resources["iris_map"] = iris_texture(frame, eye)
-    frame.resources["iris_map"].use(1)
+    iris_texture(frame, eye).use(1)
     defines = {
         **bind_surroundings(frame),
         **CAUSTICS[str(settings["caustics"])],
@@ -139,10 +143,13 @@ def _cells(frame: Frame) -> None:
     frame.resources["cells"] = radiosity, reflectance
 
 
-def _bounces(frame: Frame) -> None:
+def _exchange(frame: Frame) -> None:
     _, model = _model(frame)
-    exchange = frame.context.buffer(iris_exchange(model).tobytes())
-    for binding, buffer in enumerate((*frame.resources["cells"], exchange)):
+    frame.resources["exchange"] = frame.context.buffer(iris_exchange(model).tobytes())
+
+
+def _bounces(frame: Frame) -> None:
+    for binding, buffer in enumerate((*frame.resources["cells"], frame.resources["exchange"])):
         buffer.bind_to_storage_buffer(binding)
     returned = frame.filtered_texture(np.zeros((RINGS, SECTORS, 4), dtype=np.float32))
     returned.repeat_y = False

@@ -29,8 +29,8 @@ from realtime.eye_shadows import draw_eye_shadows
 from realtime.frame import Frame, columns
 from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
-from realtime.lights import lights_of
 from realtime.shader import set_uniforms
+from realtime.shadows import scene_lights
 from realtime.talk_cube import two_lights
 from realtime.technique import Parameter, Technique
 from scenes.checks import SettingValue
@@ -45,6 +45,7 @@ GEOMETRY = (
         (1.5, 2.0, 4.0),
         "radius of the iris' sphere over that of the sclera, for an eye whose own iris is flat",
         (1, 100),
+        tuned=(1, 20),
     ),
     Parameter(
         "surface",
@@ -54,7 +55,7 @@ GEOMETRY = (
     ),
 )
 SHADING = (
-    Parameter("branching", True, (False, True), "branch to the iris, or compute both and select"),
+    Parameter("branching", True, (False, True), "branch to the iris, or compute both and select", off=False),
     Parameter("shadow_side", 512, (256, 512, 1024), "texels along an edge of a light's shadow map", (1, 4096)),
 )
 MIRROR = (Parameter("side", 128, (64, 128, 256), "texels along an edge of the reflection cube's faces", (1, 2048)),)
@@ -91,6 +92,7 @@ def _exit_pass(scene: Scene) -> Pass:
         lambda frame: frame.resources.update(exit_branch=True),
         writes=("exit_branch",),
         skip=exit_branch_is_dead(model),
+        is_baked=True,
     )
 
 
@@ -134,7 +136,7 @@ def _shading_passes(scene: Scene, features: Features, **seen: int) -> list[Pass]
 
 def _two_lights(frame: Frame) -> None:
     centre = np.array(the_eye(frame.scene).position)
-    frame.resources["two_lights"] = two_lights(lights_of(frame.scene, frame.meshes, facets=64), centre)
+    frame.resources["two_lights"] = two_lights(scene_lights(frame, facets=64), centre)
 
 
 def _shadows(frame: Frame) -> None:
@@ -169,7 +171,7 @@ def _draw(frame: Frame, **seen: int) -> None:
     shaded = frame.texture(frame.size, 4)
     framebuffer = context.framebuffer([shaded], context.depth_renderbuffer(frame.size))
     framebuffer.use()
-    framebuffer.clear()
+    frame.submit(framebuffer.clear)
     context.enable_only(context.DEPTH_TEST | context.CULL_FACE)
     frame.draw(shader, frame.camera, lambda mesh: is_eye(eye, mesh))
     resources["shaded"] = shaded
@@ -179,8 +181,7 @@ def _shading(frame: Frame, eye: Eye) -> tuple[dict[str, int], dict[str, Any]]:
     """Bind what shading reads beyond the geometry; returns its defines and uniforms."""
     resources = frame.resources
     defines = bind_surroundings(frame) | ({"BRANCHING": 1} if frame.settings["branching"] else {})
-    resources["iris_map"] = iris_texture(frame, eye)
-    resources["iris_map"].use(1)
+    iris_texture(frame, eye).use(1)
     rotation = rotation_xyz(eye.rotation_deg)
     places = [np.array(place) for place, _ in resources["two_lights"]]
     seen_from_eye = [to_eye_frame(eye, p[:3]) if p[3] else p[:3] @ rotation for p in places]

@@ -70,7 +70,7 @@ def _measure(frame: Frame) -> None:
     largest = 0.0
     for camera in lens_views(sensor, *frame.clip_planes, FEWEST_VIEWS):
         framebuffer.use()
-        framebuffer.clear()
+        frame.submit(framebuffer.clear)
         frame.draw(shader, camera)
         stored = np.frombuffer(depth.read(), dtype=np.float32)
         hit = stored[stored < 1].astype(np.float64)
@@ -130,13 +130,13 @@ def _means(frame: Frame, count: int) -> tuple[moderngl.Texture, moderngl.Texture
     context, sensor = frame.context, frame.scene.sensor
     size, fine = (sensor.width, sensor.height), (VIEW_GRID * sensor.width, VIEW_GRID * sensor.height)
     view, means = frame.texture(fine, 4), (frame.texture(size, 4), frame.texture(size, 4))
-    context.framebuffer(means).clear()
+    frame.submit(context.framebuffer(means).clear)
     framebuffer = context.framebuffer([view], context.depth_renderbuffer(fine))
     add = frame.program("defocus/accumulate.comp", GRID=VIEW_GRID)
     for camera in lens_views(
         sensor.model_copy(update={"width": fine[0], "height": fine[1]}), *frame.clip_planes, count
     ):
-        framebuffer.clear(*background(frame), 1.0)
+        frame.submit(framebuffer.clear, *background(frame), 1.0)
         draw_view(frame, camera, framebuffer)
         view.use(0)
         for unit, texture in enumerate(means):

@@ -56,7 +56,7 @@ WORTH_A_LAYER = 1e-4
 SEAM = 0.2
 """What it costs to cut a surface, for each neighbouring pair of samples and pixel of blur, against a jump of 1 px."""
 
-MAX_LAYERS = Parameter("max_layers", 8, (1, 2, 3, 4, 6, 8), "slices of depth at most", (1, BINS))
+MAX_LAYERS = Parameter("max_layers", 8, (1, 2, 3, 4, 6, 8), "slices of depth at most", (1, BINS), off=1)
 TAPS = Parameter("taps", 800, (50, 100, 200, 400, 800, 1600), "sources in the largest disk of each octave", (13, 4096))
 
 
@@ -213,7 +213,7 @@ def _draw_coc(frame: Frame, camera: Camera, framebuffer: moderngl.Framebuffer) -
     sensor = frame.scene.sensor
     scale, inverse_focus = coc_scale(sensor), 1 / focus_distance(sensor)
     largest = float(max(sensor.width, sensor.height))
-    framebuffer.clear(red=min(scale * inverse_focus, largest))
+    frame.submit(framebuffer.clear, red=min(scale * inverse_focus, largest))
     framebuffer.use()
     frame.context.enable_only(frame.context.DEPTH_TEST)
     shader = frame.program("raster/mesh.vert", "defocus_layers/coc.frag")
@@ -267,7 +267,7 @@ def _draw(frame: Frame) -> None:
         frame.skipped.append(Skip(f"more than {len(found)} layers", why))
     size = frame.scene.sensor.width, frame.scene.sensor.height
     image, covered = frame.texture(size, 4), frame.texture(size, 2)
-    frame.context.framebuffer([image, covered]).clear()
+    frame.submit(frame.context.framebuffer([image, covered]).clear)
     for each in found:
         is_last = each is found[-1]
         layer = _blurred(frame, each, (*background(frame), 1.0) if is_last else (0.0, 0.0, 0.0, 0.0))
@@ -296,16 +296,15 @@ def _blurred(frame: Frame, each: Slice, behind: tuple[float, float, float, float
     radiance, coc, depth = frame.texture(size, 4), frame.texture(size, 1), context.depth_renderbuffer(size)
     _draw_coc(frame, camera, context.framebuffer([coc], depth))
     seen = context.framebuffer([radiance])
-    seen.clear(*behind)
+    frame.submit(seen.clear, *behind)
     draw_view(frame, camera, context.framebuffer([radiance], depth), depth_func="==")
 
     finest_radius = TEXEL * math.sqrt(int(frame.settings[TAPS.name]) / math.pi)
     octaves = _octaves(frame, radiance, coc, finest_radius)
     areas = disk_areas(finest_radius, octaves[-1] + 1)
-    table = context.texture(areas.shape[::-1], 1, areas.tobytes(), dtype="f4")
-    table.repeat_x = table.repeat_y = False
+    table = frame.once(("disk areas", areas.shape), lambda: _area_table(frame, areas))
     parts = [frame.texture((sensor.width, sensor.height), 4) for _ in range(3)]
-    context.framebuffer(parts).clear()
+    frame.submit(context.framebuffer(parts).clear)
     for octave in octaves:
         texel = TEXEL * 2**octave
         side = round(texel * grid)
@@ -337,6 +336,12 @@ def _blurred(frame: Frame, each: Slice, behind: tuple[float, float, float, float
             margin=margin,
         )
     return parts
+
+
+def _area_table(frame: Frame, areas: Float32) -> moderngl.Texture:
+    table = frame.context.texture(areas.shape[::-1], 1, areas.tobytes(), dtype="f4")
+    table.repeat_x = table.repeat_y = False
+    return table
 
 
 def _octaves(frame: Frame, radiance: moderngl.Texture, coc: moderngl.Texture, finest_radius: float) -> list[int]:

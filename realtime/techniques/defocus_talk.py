@@ -45,7 +45,7 @@ FAR_SAMPLES, NEAR_SAMPLES = 2, 4
 """Of their antialiasing."""
 
 RAMP_START = 0.85
-"""Depth value from which the near pass is blurred."""
+"""Depth value from which the near pass is blurred, as published."""
 
 TAPS = 45
 """Of the far pass: 5 in the inner sum, 15 and 25 in the outer ones. The talk's number is not published."""
@@ -61,8 +61,32 @@ JUST = 1e-3
 """A plane just behind or before something leaves this part of its depth between them."""
 
 PARAMETERS = (
-    Parameter("layers", 2, (2, 3), "2 as published; 3 with the talk's future work, a layer in front", (2, 3)),
-    Parameter("kernel", 65.0, (33.0, 65.0, 129.0), "diameter of the largest blur, in 1/912 of the width", (1, 912)),
+    Parameter("layers", 2, (2, 3), "2 as published; 3 with the talk's future work, a layer in front", (2, 3), off=2),
+    Parameter(
+        "kernel",
+        65.0,
+        (33.0, 65.0, 129.0),
+        "diameter of the largest blur, in 1/912 of the width",
+        (1, 912),
+        off=1.0,
+        tuned=(5, 260),
+    ),
+    Parameter(
+        "near_start",
+        RAMP_START,
+        (0.5, RAMP_START, 0.95),
+        "depth value from which the near pass is blurred",
+        (0.01, 0.999),
+        tuned=(0.1, 0.99),
+    ),
+    Parameter(
+        "far_ramp",
+        1.0,
+        (0.5, 1.0, 2.0),
+        "depth value of the far pass at which its blur is the largest",
+        (1e-3, 1e3),
+        tuned=(0.05, 10),
+    ),
     Parameter("boundary", 0.0, (0.0,), "planar depth that parts near and far; 0: the subject is in focus", (0, 1e9)),
     Parameter("front", 0.0, (0.0,), "planar depth behind the third layer; 0: just before the subject", (0, 1e9)),
     Parameter("near_plane", 0.0, (0.0,), "planar depth of the near plane; 0: just before what is nearest", (0, 1e9)),
@@ -104,13 +128,13 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
     ]
 
 
-def focused_boundary(near: float, farthest: float) -> float:
+def focused_boundary(near: float, farthest: float, ramp_start: float = RAMP_START) -> float:
     """Far plane with which the near pass' ramp begins at `farthest`; just behind that if there is none.
 
     Depth values are (1 / near - 1 / z) / (1 / near - 1 / far). With a near plane so close that `farthest` would have a
-    value above 0.85 whatever the far plane, the ramp blurs it.
+    value above `ramp_start` whatever the far plane, the ramp blurs it.
     """
-    inverse = 1 / near - (1 / near - 1 / farthest) / RAMP_START
+    inverse = 1 / near - (1 / near - 1 / farthest) / ramp_start
     behind = farthest * (1 + JUST)
     return max(behind, 1 / inverse) if inverse > 0 else behind
 
@@ -132,7 +156,8 @@ def planes_of(frame: Frame) -> Planes:
     front = near
     if settings["layers"] == 3:
         front = float(settings["front"]) or max(near, float(subject.min()) * (1 - JUST))
-    boundary = float(settings["boundary"]) or focused_boundary(front, max(float(subject.max()), front * (1 + JUST)))
+    farthest = max(float(subject.max()), front * (1 + JUST))
+    boundary = float(settings["boundary"]) or focused_boundary(front, farthest, float(settings["near_start"]))
     if not near <= front < boundary:
         raise InputError(
             f"Found near_plane = {near:g}, front = {front:g} and boundary = {boundary:g}; each must be farther away "
@@ -177,7 +202,7 @@ def _depth_alone(frame: Frame, size: tuple[int, int], near: float, far: float, c
     depth.filter = (context.NEAREST, context.NEAREST)
     framebuffer = context.framebuffer(depth_attachment=depth)
     framebuffer.use()
-    framebuffer.clear()
+    frame.submit(framebuffer.clear)
     context.enable_only(context.DEPTH_TEST | (context.CULL_FACE if cut else 0))
     frame.draw(frame.program("raster/mesh.vert", "defocus/depth.frag"), sensor_camera(frame.scene.sensor, near, far))
     return depth
@@ -187,7 +212,7 @@ def _draw_far(frame: Frame) -> None:
     planes: Planes = frame.resources["planes"]
     size = _far_size(frame)
     target = _multisampled(frame, size, FAR_SAMPLES)
-    target.clear(*background(frame), 1.0)
+    frame.submit(target.clear, *background(frame), 1.0)
     camera = sensor_camera(frame.scene.sensor, planes.boundary, planes.far)
     draw_view(frame, camera, target, front_sides_only=True)
     depth = _depth_alone(frame, size, planes.boundary, planes.far, cut=True)
@@ -202,20 +227,19 @@ def _multisampled(frame: Frame, size: tuple[int, int], samples: int) -> moderngl
 
 def _resolved(frame: Frame, source: moderngl.Framebuffer) -> moderngl.Texture:
     color = _target(frame, source.size)
-    frame.context.copy_framebuffer(frame.context.framebuffer([color]), source)
+    frame.submit(frame.context.copy_framebuffer, frame.context.framebuffer([color]), source)
     return color
 
 
 def _full_screen(frame: Frame, shader: Any, target: moderngl.Framebuffer) -> None:
     target.use()
-    triangle = frame.context.vertex_array(shader, [])
-    triangle.render(vertices=3)
-    triangle.release()
+    frame.screen(shader)
 
 
 def _blur(frame: Frame, picture: Picture, name: str, radius: float, target: moderngl.Texture, **defines: int) -> None:
     shader = frame.program("raster/screen.vert", f"defocus_talk/{name}.frag", **defines)
-    set_uniforms(shader, radius=radius)
+    near_start, far_ramp = float(frame.settings["near_start"]), float(frame.settings["far_ramp"])
+    set_uniforms(shader, radius=radius, near_start=near_start, far_slope=1 / far_ramp)
     picture.color.use(0)
     picture.depth.use(1)
     _full_screen(frame, shader, frame.context.framebuffer([target]))
@@ -232,7 +256,7 @@ def _blur_far(frame: Frame) -> None:
 def _draw_near(frame: Frame) -> None:
     context, planes = frame.context, frame.resources["planes"]
     target = _multisampled(frame, _near_size(frame), NEAR_SAMPLES)
-    target.clear()
+    frame.submit(target.clear)
     context.enable_only(context.DEPTH_TEST)
     context.depth_func = "1"
     frame.resources["background"].use(0)
@@ -273,7 +297,7 @@ def _draw_front(frame: Frame) -> None:
     depth.compare_func = ""
     depth.filter = (context.NEAREST, context.NEAREST)
     framebuffer = context.framebuffer([color], depth)
-    framebuffer.clear()
+    frame.submit(framebuffer.clear)
     draw_view(frame, sensor_camera(frame.scene.sensor, planes.near, planes.front), framebuffer)
     frame.resources["in_front"] = Picture(color, depth)
 

@@ -9,7 +9,7 @@ from realtime.capture import Surfels, bounce_passes, reflected
 from realtime.frame import Frame
 from realtime.gbuffer import gbuffer_pass, resolve_pass
 from realtime.graph import Pass
-from realtime.probe_grid import ProbeGrid, probe_pass
+from realtime.probe_grid import ProbeGrid, probe_passes
 from realtime.subject import Transfer, by_mesh, draw_received_pass, subject_surfels_pass, transfer_pass
 from realtime.technique import Parameter, Technique
 from realtime.techniques.indirect_irradiance import SUBJECT_SURFELS
@@ -25,12 +25,13 @@ DIRECTIONS = Parameter("directions", 64, (32, 64, 128, 256), "rays by which a po
 def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
     bumpy = "the subject is not convex: what a point receives is found at the vertices, past the subject itself"
     hides = "the subject is convex: it hides and lights no part of itself" if features.subject_is_convex else ""
-    transport, bounce = bounce_passes(features, lights_itself=not features.subject_is_convex)
+    light, transport, bounce = bounce_passes(features, lights_itself=not features.subject_is_convex)
     passes = [
         gbuffer_pass(),
         *captured(features, settings),
         subject_surfels_pass(int(settings[SUBJECT_SURFELS.name])),
         transfer_pass(features, int(settings[DIRECTIONS.name])),
+        light,
         transport,
         Pass(
             "own transport",
@@ -38,9 +39,10 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
             reads=("surfels", "transfer", "transport"),
             writes=("transport",),
             skip=hides,
+            is_baked=True,
         ),
         bounce,
-        probe_pass(int(settings[PROBES.name])),
+        *probe_passes(int(settings[PROBES.name])),
         Pass(
             "shade",
             _shade,
@@ -51,7 +53,7 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
         Pass(
             "receive",
             _receive,
-            reads=("surfels", "probes", "transfer"),
+            reads=("surfels", "probes", "transfer", "lit"),
             uses=("reflected",),
             writes=("received",),
             skip=hides,

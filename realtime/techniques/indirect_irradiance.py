@@ -31,7 +31,7 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
         Pass(
             "gather",
             _gather,
-            reads=("position", "normal", "albedo", "surfels"),
+            reads=("position", "normal", "albedo", "surfels", "lit"),
             uses=("reflected",),
             writes=("shaded",),
             skip="" if features.subject_is_convex else bumpy,
@@ -39,7 +39,7 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
         Pass(
             "gather at vertices",
             _gather_vertices,
-            reads=("surfels", "visibility"),
+            reads=("surfels", "visibility", "lit"),
             uses=("reflected",),
             writes=("received",),
             skip=convex if features.subject_is_convex else "",

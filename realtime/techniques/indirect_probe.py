@@ -39,7 +39,7 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
         gbuffer_pass(),
         *captured(features, settings),
         *bounce_passes(features),
-        Pass("project", _project, reads=("surfels",), uses=("reflected",), writes=("coefficients",)),
+        Pass("project", _project, reads=("surfels", "lit"), uses=("reflected",), writes=("coefficients",)),
         Pass("probe", _shade, reads=("normal", "albedo", "coefficients"), writes=("shaded",)),
         resolve_pass("shaded"),
     ]

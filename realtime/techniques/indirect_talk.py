@@ -25,6 +25,8 @@ C_HEIGHT = Parameter(
     (0.0, 2.5, 7.0),
     "C times the character's height: 0 far away, 2.5 large room, 7 small room",
     (0, 1000),
+    tuned=(0, 10),
+    off=0.0,
 )
 PARAMETERS = (C_HEIGHT, *CUBE, FAR_BRIGHTNESS)
 

@@ -44,7 +44,7 @@ def _shade(frame: Frame) -> None:
     shaded = frame.texture(size, 4)
     framebuffer = context.framebuffer([shaded], context.depth_renderbuffer(size))
     framebuffer.use()
-    framebuffer.clear(*background(frame))
+    frame.submit(framebuffer.clear, *background(frame))
     context.enable_only(context.DEPTH_TEST)
     with cube_bound(frame, 0) as captured:
         shader = frame.program("raster/mesh.vert", "lighting_talk/shade.frag", **captured)

@@ -13,7 +13,7 @@ def _draw_emission(frame: Frame) -> None:
     emitted = frame.texture(frame.size, 4)
     framebuffer = frame.context.framebuffer([emitted], frame.context.depth_renderbuffer(frame.size))
     framebuffer.use()
-    framebuffer.clear()
+    frame.submit(framebuffer.clear)
     frame.context.enable_only(frame.context.DEPTH_TEST)
     frame.draw(frame.program("raster/mesh.vert", "raster/view.frag"), frame.camera)
     frame.resources["emission"] = emitted

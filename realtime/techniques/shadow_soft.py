@@ -51,9 +51,6 @@ PARAMETERS = (
     Parameter("side", 512, (128, 256, 512, 1024), "texels along an edge of a map's faces", (16, 4096)),
 )
 
-NEAR_OF_SCENE = 1e-3
-"""Near plane of the maps over the radius of the scene: thinner than what stands so close to a light."""
-
 NOTHING_THERE = 3e38
 """Distance where a map shows nothing."""
 
@@ -159,7 +156,7 @@ def _shadow(frame: Frame) -> None:
     distances = _map(frame, int(frame.settings["side"]))
     framebuffer = frame.context.framebuffer([distances], frame.context.depth_renderbuffer(distances.size))
     visibility = frame.texture(frame.size, 4)
-    visibility.write(bytes(16 * frame.size[0] * frame.size[1]))
+    frame.submit(frame.context.framebuffer([visibility]).clear)
     draw_distances = frame.program("raster/mesh.vert", "shadow_soft/distances.frag")
     set_uniforms(draw_distances, ball_centre=tuple(centre), ball_radius=radius)
     boxes = {mesh.name: box_corners(mesh) for mesh in frame.meshes if mesh.name != f"emitter-{index}"}
@@ -200,11 +197,12 @@ def _draw_distances(
     """Draw the distances from a place of the meshes that have boxes into six tiles side by side; how many draws."""
     side, (middle, radius) = framebuffer.height, frame.bounds
     framebuffer.use()
-    framebuffer.clear(red=NOTHING_THERE)
+    frame.submit(framebuffer.clear, red=NOTHING_THERE)
     frame.context.enable_only(frame.context.DEPTH_TEST)
     far = float(np.linalg.norm(place - middle)) + 1.01 * radius
     drawn = 0
-    for tile, camera in enumerate(cube_cameras(place, NEAR_OF_SCENE * radius, far)):
+    near = frame.near_plane(place, lambda mesh: mesh.name in boxes)
+    for tile, camera in enumerate(cube_cameras(place, near, far)):
         framebuffer.viewport = (tile * side, 0, side, side)
         seen = {name for name, corners in boxes.items() if not is_outside(camera, corners)}
         frame.draw(shader, camera, lambda mesh, seen=seen: mesh.name in seen)  # type: ignore[misc]

@@ -34,7 +34,7 @@ def _receive(frame: Frame) -> None:
     visibility = frame.texture(size, 4)
     framebuffer = context.framebuffer([visibility], context.depth_renderbuffer(size))
     framebuffer.use()
-    framebuffer.clear()
+    frame.submit(framebuffer.clear)
     context.enable_only(context.DEPTH_TEST)
     _, light = the_omni_light(frame.scene)
     with cube_bound(frame, 0) as captured:

@@ -51,10 +51,17 @@ def _map_parameters(far_over_near: float) -> tuple[Parameter, ...]:
 
 TALK = (
     *_map_parameters(100.0),
-    Parameter("rotated_taps", False, (False, True), "four bilinear taps in a rotated pattern instead of one"),
-    Parameter("zbias", 7e-4, (0.0, 7e-4, 3e-3), "constant by which a receiver's depth is lowered", (0, 1)),
     Parameter(
-        "margin", 4, (0, 2, 4), "texels of a tile beyond 90 degrees: at least the reach of the taps and 1", (0, 16)
+        "rotated_taps", False, (False, True), "four bilinear taps in a rotated pattern instead of one", off=False
+    ),
+    Parameter("zbias", 7e-4, (0.0, 7e-4, 3e-3), "constant by which a receiver's depth is lowered", (0, 1), off=0.0),
+    Parameter(
+        "margin",
+        4,
+        (0, 2, 4),
+        "texels of a tile beyond 90 degrees: at least the reach of the taps and 1",
+        (0, 16),
+        off=0,
     ),
 )
 EDGES = Parameter(
@@ -62,6 +69,7 @@ EDGES = Parameter(
     True,
     (False, True),
     "the outermost texels of the remap cube stand for the edges of its faces; as published, for their own centres",
+    off=False,
 )
 
 
@@ -69,7 +77,7 @@ def _remapped_passes(literal: bool) -> Passes:
     def passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
         return [
             *_common_passes(scene, settings, int(settings["margin"]), linear=False),
-            Pass("remap cube", _fill_literal_remap if literal else _fill_remap, writes=("remap",)),
+            Pass("remap cube", _fill_literal_remap if literal else _fill_remap, writes=("remap",), is_baked=True),
             Pass(
                 "receive",
                 lambda frame: _receive_remapped(frame, literal),

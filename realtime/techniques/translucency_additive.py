@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from realtime.backlight import backlights, subject_medium
+from realtime.backlight import scene_backlights, subject_medium
 from realtime.camera import Camera
 from realtime.frame import Frame
 from realtime.gbuffer import gbuffer_pass, resolve_pass
@@ -41,7 +41,7 @@ DIFFUSE_COSINE = 0.5
 ALLOW_OPEN = Parameter("allow_open", False, (False, True), "whether faces that do not pair up are accepted")
 PIECES = Parameter("pieces", 16, (4, 16, 64), "small lights that stand for each emitting surface or line", (1, 4096))
 SPREAD = Parameter(
-    "spread", 0.7, (0.0, 0.35, 0.7, 1.0), "standard deviation of the coverage blur, in thicknesses", (0, 10)
+    "spread", 0.7, (0.0, 0.35, 0.7, 1.0), "standard deviation of the coverage blur, in thicknesses", (0, 10), off=0.0
 )
 
 
@@ -56,10 +56,11 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
         *additive_passes(bool(settings[ALLOW_OPEN.name])),
         Pass("nearest layer", _draw_first_back, writes=("first_back",), skip=one_layer),
         Pass("mask", _draw_mask, writes=("mask",)),
+        Pass("slab tables", _bake_tables, writes=("slab_tables",), is_baked=True),
         Pass(
             "slab lookup",
             _shade,
-            reads=("position", "normal", "thickness", "mask"),
+            reads=("position", "normal", "thickness", "mask", "slab_tables"),
             uses=("first_back",),
             writes=("shaded",),
         ),
@@ -82,12 +83,12 @@ def _draw_mask(frame: Frame) -> None:
     mask.repeat_x = mask.repeat_y = False
     framebuffer = context.framebuffer([mask])
     framebuffer.use()
-    framebuffer.clear()
+    frame.submit(framebuffer.clear)
     context.enable_only(context.NOTHING)
     wider = np.diag([1 / PADDING, 1 / PADDING, 1, 1]) @ frame.camera.matrix
     shader = frame.program("raster/mesh.vert", "translucency/mask.frag")
     frame.draw(shader, Camera(frame.camera.eye, wider, frame.camera.forward), is_subject)
-    mask.build_mipmaps()
+    frame.build_mipmaps(mask)
     frame.resources["mask"] = mask
 
 
@@ -99,18 +100,23 @@ def _table(frame: Frame, entries: Float32) -> moderngl.Texture:
     return texture
 
 
+def _bake_tables(frame: Frame) -> None:
+    tables = slab_table(*subject_medium(frame.scene), subject_diagonal(frame))
+    textures = _table(frame, tables.transmitted), _table(frame, tables.reflected)
+    frame.resources["slab_tables"] = textures, tables.thinnest
+
+
 def _shade(frame: Frame) -> None:
     context, resources, settings = frame.context, frame.resources, frame.settings
     sigma_a, sigma_s = subject_medium(frame.scene)
-    tables = slab_table(sigma_a, sigma_s, subject_diagonal(frame))
-    lights = backlights(frame.scene, frame.meshes, int(settings[PIECES.name]))
+    lights = scene_backlights(frame, int(settings[PIECES.name]))
+    tables, thinnest = resources["slab_tables"]
     shaded = frame.texture(frame.size, 4)
     for unit, name in enumerate(("thickness", "position", "normal", "first_back", "mask")):
         if name in resources:
             resources[name].use(unit)
-    transmitted, reflected = _table(frame, tables.transmitted), _table(frame, tables.reflected)
-    transmitted.use(5)
-    reflected.use(6)
+    for unit, table in enumerate(tables, 5):
+        table.use(unit)
     rows = context.buffer(light_rows(lights).tobytes())
     rows.bind_to_storage_buffer(0)
     shaded.bind_to_image(0, read=False, write=True)
@@ -130,7 +136,7 @@ def _shade(frame: Frame) -> None:
         eye=tuple(frame.camera.eye),
         forward=tuple(frame.camera.forward),
         sigma_t=tuple(sigma_a + sigma_s),
-        thinnest=tables.thinnest,
+        thinnest=thinnest,
         spread=float(settings[SPREAD.name]),
         padding=PADDING,
         pixels_at_unit_depth=float(across / (2 * tan_half)),

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from realtime.backlight import backlights, single_scattering_albedo, subject_medium
+from realtime.backlight import scene_backlights, single_scattering_albedo, subject_medium
 from realtime.face_lists import Faces, View, light_view, list_camera_faces, list_view_faces, parallel_view
 from realtime.frame import Frame
 from realtime.gbuffer import resolve_pass
@@ -42,7 +42,9 @@ PARAMETERS = (
     ALLOW_OPEN,
     PIECES,
     Parameter("cells", 32, (8, 16, 24, 32), "cells along each edge of the grid of scattered light", (4, 32)),
-    Parameter("iterations", 16, (0, 2, 4, 8, 16, 32), "times that scattered light is scattered again", (0, 1000)),
+    Parameter(
+        "iterations", 16, (0, 2, 4, 8, 16, 32), "times that scattered light is scattered again", (0, 1000), off=0
+    ),
     Parameter("order", 4, tuple(LEVEL_SYMMETRIC), "N of the S_N set of directions: 24, 48 or 80 of them", (4, 8)),
     Parameter("light_side", 1024, (128, 256, 512, 1024), "texels along an edge of what a light sees", (1, 4096)),
     Parameter("layers", 4, (2, 4, 8), "most layers of the subject that a ray may cross", (1, 32)),
@@ -57,11 +59,11 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
     return [
         *additive_passes(bool(settings[ALLOW_OPEN.name])),
         Pass("faces", _list_camera_faces, reads=("thickness",), writes=("faces", "shaded")),
-        Pass("content", _measure_content, writes=("cells",), skip=dark),
+        Pass("content", _measure_content, writes=("content",), skip=dark, is_baked=True),
         Pass(
             "single scattering",
             _scatter_once,
-            reads=("faces", "shaded", "cells"),
+            reads=("faces", "shaded", "content"),
             writes=("cells", "shaded"),
             skip=dark,
         ),
@@ -74,7 +76,7 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
 def _list_camera_faces(frame: Frame) -> None:
     frame.resources["faces"] = list_camera_faces(frame, int(frame.settings["layers"]))
     shaded = frame.texture(frame.size, 4)
-    shaded.write(bytes(16 * frame.size[0] * frame.size[1]))
+    frame.submit(frame.context.framebuffer([shaded]).clear)
     frame.resources["shaded"] = shaded
 
 
@@ -120,22 +122,25 @@ def _measure_content(frame: Frame) -> None:
     content.bind_to_storage_buffer(0)
     shader = _program(frame, "content", SUBCELLS=SUBCELLS)
     frame.dispatch(shader, cells**3, group=(64, 1), **seen, **_grid(frame))
-    frame.resources["cells"] = content
+    frame.resources["content"] = content
 
 
 def _scatter_once(frame: Frame) -> None:
     cells = int(frame.settings["cells"])
-    lights = backlights(frame.scene, frame.meshes, int(frame.settings[PIECES.name]))
+    lights = scene_backlights(frame, int(frame.settings[PIECES.name]))
+    content = frame.resources["content"]
+    lit = frame.resources["cells"] = frame.context.buffer(reserve=content.size)
+    frame.submit(frame.context.copy_buffer, lit, content)
     rows = frame.context.buffer(light_rows(lights).tobytes())
     collide, gather = _program(frame, "first_collisions", SUBCELLS=SUBCELLS), _program(frame, "gather", SINGLE=1)
     centre, radius = _ball(frame)
     for index, light in enumerate(lights):
         seen = _bind_view(frame, light_view(light, centre, radius), int(frame.settings["light_side"]))
-        lit = seen | {"light_index": index, "centre": tuple(centre)}
+        uniforms = seen | {"light_index": index, "centre": tuple(centre)}
         rows.bind_to_storage_buffer(3)
-        frame.resources["cells"].bind_to_storage_buffer(0)
-        frame.dispatch(collide, cells**3, group=(64, 1), **lit, **_grid(frame), **_medium(frame))
-        _gather_with(frame, gather, **lit)
+        lit.bind_to_storage_buffer(0)
+        frame.dispatch(collide, cells**3, group=(64, 1), **uniforms, **_grid(frame), **_medium(frame))
+        _gather_with(frame, gather, **uniforms)
 
 
 def _gather(frame: Frame) -> None:
@@ -193,7 +198,7 @@ def _solve(frame: Frame) -> None:
         )
         now, before = before, now
     fluence = context.texture3d((cells, cells, cells), 4, dtype="f4")
-    fluence.write(now)
+    frame.submit(fluence.write, now)
     fluence.filter = (context.LINEAR, context.LINEAR)
     fluence.repeat_x = fluence.repeat_y = fluence.repeat_z = False
     frame.resources["fluence"] = fluence

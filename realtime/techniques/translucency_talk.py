@@ -38,7 +38,7 @@ PIECES = 64
 """Small lights that stand for each emitting surface when its colour at the subject's centre is summed."""
 
 HALF_FLOAT = Parameter(
-    "half_float", True, (True, False), "whether back positions are kept in half floats, as published"
+    "half_float", True, (True, False), "whether back positions are kept in half floats, as published", off=False
 )
 MAX_THICKNESS = Parameter(
     "max_thickness",
@@ -46,6 +46,7 @@ MAX_THICKNESS = Parameter(
     (0.25, 0.5, 1.0),
     "thickness that is normalised to 1, in parts of the longest that is reasonable for the subject and its medium",
     (1e-3, 100),
+    tuned=(0.05, 1),
 )
 
 
@@ -60,7 +61,13 @@ def _thickness_passes(scene: Scene, features: Features, settings: Mapping[str, S
 def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
     return [
         *talk_passes(bool(settings[HALF_FLOAT.name])),
-        Pass("shade front faces", _shade, reads=("back_position",), writes=("shaded",)),
+        Pass("lookup", _bake_colors, writes=("ramp", "normal_albedo"), is_baked=True),
+        Pass(
+            "shade front faces",
+            _shade,
+            reads=("back_position", "ramp", "normal_albedo"),
+            writes=("shaded",),
+        ),
         resolve_pass("shaded"),
     ]
 
@@ -131,30 +138,46 @@ def view_plane_point(start: Float64, end: Float64, height: float) -> Float64:
     return point
 
 
-def _shade(frame: Frame) -> None:
-    context, settings = frame.context, frame.settings
+def _longest(frame: Frame) -> float:
+    """The thickness that is normalised to 1."""
+    useful = longest_useful(subject_diagonal(frame), *subject_medium(frame.scene))
+    return float(frame.settings[MAX_THICKNESS.name]) * useful
+
+
+def _bake_colors(frame: Frame) -> None:
     sigma_a, sigma_s = subject_medium(frame.scene)
-    longest = float(settings[MAX_THICKNESS.name]) * longest_useful(subject_diagonal(frame), sigma_a, sigma_s)
-    colors = lookup(str(settings["lookup"]), sigma_a, sigma_s, longest)
-    ramp = context.texture((TEXELS, 1), 3, colors.astype(np.float16).tobytes(), dtype="f2")
+    colors = lookup(str(frame.settings["lookup"]), sigma_a, sigma_s, _longest(frame))
+    ramp = frame.context.texture((TEXELS, 1), 3, colors.astype(np.float16).tobytes(), dtype="f2")
     ramp.repeat_x = ramp.repeat_y = False
+    albedo = normal_albedo(single_scattering_albedo(sigma_a, sigma_s))
+    frame.resources |= {"ramp": ramp, "normal_albedo": tuple(albedo)}
+
+
+def _light_rows(frame: Frame) -> Float32:
+    """Place and colour (N, 2, 4) of each of the talk's lights."""
     lights = talk_lights(frame.scene, frame.meshes, frame.subject_centre)
-    rows = np.zeros((max(1, len(lights)), 2, 4), dtype=np.float32)
-    for row, (place, color) in zip(rows, lights, strict=False):
+    rows = np.zeros((len(lights), 2, 4), dtype=np.float32)
+    for row, (place, color) in zip(rows, lights, strict=True):
         row[0], row[1, :3] = place, color
-    buffer = context.buffer(rows.tobytes())
+    return rows
+
+
+def _shade(frame: Frame) -> None:
+    resources = frame.resources
+    rows = frame.once("talk lights", lambda: _light_rows(frame))
+    buffer = frame.context.buffer(rows.tobytes() or bytes(32))
     shader = frame.program("raster/mesh.vert", "translucency/talk.frag")
     set_uniforms(
         shader,
-        light_count=len(lights),
-        albedo=tuple(normal_albedo(single_scattering_albedo(sigma_a, sigma_s))),
-        longest=longest,
-        power=float(settings["power"]),
+        light_count=len(rows),
+        albedo=resources["normal_albedo"],
+        longest=_longest(frame),
+        power=float(frame.settings["power"]),
     )
-    frame.resources["back_position"].use(0)
-    ramp.use(1)
+    resources["back_position"].use(0)
+    resources["ramp"].use(1)
     buffer.bind_to_storage_buffer(0)
-    frame.resources["shaded"] = draw_faces(frame, shader, frame.texture(frame.size, 4), culled="back")
+    resources["shaded"] = draw_faces(frame, shader, frame.texture(frame.size, 4), culled="back")
 
 
 _LIMITS = (
@@ -195,7 +218,12 @@ TECHNIQUES = {
                 "beer_lambert: exp(-sigma_eff d); slab: baked by adding-doubling",
             ),
             Parameter(
-                "power", 2.0, (0.5, 1.0, 2.0, 4.0, 8.0), "n of pow(dot(V, L), n), the area of influence", (0, 100)
+                "power",
+                2.0,
+                (0.5, 1.0, 2.0, 4.0, 8.0),
+                "n of pow(dot(V, L), n), the area of influence",
+                (0, 100),
+                tuned=(0.05, 50),
             ),
         ),
     ),

@@ -7,7 +7,9 @@ from typing import Any
 
 import pytest
 
-from comparisons.cache import CheckCache, check_parts, judging_code
+from comparisons import cache as cache_module
+from comparisons.cache import CheckCache, check_parts
+from comparisons.parity import checks_of
 from comparisons.result import CheckResult
 from reference.store import Store
 from scenes.checks import Check
@@ -18,8 +20,6 @@ from scenes.model import Scene
 Run = Callable[..., Any]
 Write = Callable[..., Path]
 
-ROOT = Path(__file__).parents[2]
-
 
 def results_of(folder: Path) -> dict[str, Any]:
     found: dict[str, Any] = json.loads((folder / "report" / "results.json").read_text(encoding="utf-8"))
@@ -28,7 +28,8 @@ def results_of(folder: Path) -> dict[str, Any]:
 
 def without_origin(folder: Path) -> list[dict[str, Any]]:
     """The checks of a run without saying whether, and how fast, they were rendered this time."""
-    return [check | {"cached": None, "seconds": None, "pass_seconds": None} for check in results_of(folder)["checks"]]
+    timing = dict.fromkeys(("cached", "seconds", "pass_seconds", "baked_seconds"))
+    return [check | timing for check in results_of(folder)["checks"]]
 
 
 def exr_times(folder: Path) -> dict[Path, int]:
@@ -174,40 +175,38 @@ def test_a_result_depends_on_everything_that_a_check_says(scene: Scene) -> None:
     (check,) = scene.checks
     (criterion,) = check.criteria
     parts = [
-        check_parts(scene, check),
-        check_parts(scene, changed(check, fit_exposure=True)),
-        check_parts(scene, changed(check, settings={"side": 48})),
-        check_parts(scene, changed(check, criteria=(criterion.model_copy(update={"max": 0.4}),))),
-        check_parts(scene, changed(check, criteria=(criterion.model_copy(update={"reason": "another one"}),))),
-        check_parts(scene.model_copy(update={"truth": scene.truth.model_copy(update={"max_spp": 64})}), check),
+        check_parts(check, 4096, "truth"),
+        check_parts(changed(check, fit_exposure=True), 4096, "truth"),
+        check_parts(changed(check, settings={"side": 48}), 4096, "truth"),
+        check_parts(changed(check, criteria=(criterion.model_copy(update={"max": 0.4}),)), 4096, "truth"),
+        check_parts(changed(check, criteria=(criterion.model_copy(update={"reason": "another one"}),)), 4096, "truth"),
+        check_parts(check, 64, "truth"),
+        check_parts(check, 4096, "another truth"),
     ]
     assert len({json.dumps(part, sort_keys=True) for part in parts}) == len(parts)
 
 
-def test_a_result_depends_on_the_code_that_draws_and_judges(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    read: list[str] = []
-
-    def digest(path: Path) -> str:
-        read.append(path.relative_to(ROOT).as_posix())
-        return path.name
-
-    monkeypatch.setattr("comparisons.cache.file_digest", digest)
-    changed = judging_code.__wrapped__()
-    assert {
-        "realtime/techniques/indirect_irradiance.py",
-        "realtime/glsl/indirect/gather.comp",
-        "realtime/glsl/lib/sh.glsl",
-        "comparisons/gate.py",
-        "comparisons/statistics.py",
-        "comparisons/metrics/nrmse.py",
-        "comparisons/report/pictures.py",
-        "scenes/features.py",
-    } <= set(read)
-    monkeypatch.undo()
+def found(scene: Scene) -> dict[str, bool]:
+    """Which checks are found finished, by their technique, as a new run would find them."""
     cache = CheckCache(Store(scene.folder / ".lightgauge"))
-    assert cache.read(scene, scene.checks[0]) is not None
-    monkeypatch.setattr("comparisons.cache.judging_code", lambda: changed)
-    assert cache.read(scene, scene.checks[0]) is None
+    return {check.technique: cache.read(scene, check) is not None for check in checks_of(scene)}
+
+
+def test_changed_code_runs_the_checks_that_use_it_and_no_others(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    every = found(scene)
+    assert all(every.values())
+    assert "indirect.irradiance" in every
+    own = every | {"indirect.irradiance": False}
+    for name in ("drawing_code", "judging_code"):
+        original = getattr(cache_module, name)
+
+        def other(of: Any, original: Callable[[Any], str] = original) -> str:
+            return original(of) + ("x" if of in ("indirect.irradiance", ("nrmse",)) else "")
+
+        with monkeypatch.context() as patch:
+            patch.setattr(cache_module, name, other)
+            assert found(scene) == own
+    assert found(scene) == every
 
 
 def test_a_result_depends_on_the_graphics_driver_that_is_chosen(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:

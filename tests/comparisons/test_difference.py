@@ -20,9 +20,8 @@ from comparisons.difference import (
     Preference,
     compare,
     difference,
-    read_linear,
-    write_linear,
 )
+from comparisons.linear import read_linear, write_linear
 from comparisons.metrics import Estimate, Samples, evaluate
 from comparisons.metrics.rel_mse import EPSILON, weights_are_blurred
 from reference.estimator import Truth

@@ -111,7 +111,7 @@ def test_what_was_rendered_is_kept_and_the_next_run_goes_on_from_there(
         json.loads((here / folder / "results.json").read_text())["checks"] for folder in ("report", "at-once")
     )
     for check in (*resumed, *uninterrupted):
-        check.update(cached=None, seconds=None, pass_seconds=None)
+        check.update(cached=None, seconds=None, pass_seconds=None, baked_seconds=None)
     assert resumed == uninterrupted
 
 

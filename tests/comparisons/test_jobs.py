@@ -60,7 +60,7 @@ def results_of(folder: Path) -> dict[str, Any]:
     plain: dict[str, Any] = json.loads((folder / "results.json").read_text(encoding="utf-8"))
     assert [check["scene"] for check in plain["checks"]] == sorted(check["scene"] for check in plain["checks"])
     for check in plain["checks"]:
-        check.update(cached=None, seconds=None, pass_seconds=None)
+        check.update(cached=None, seconds=None, pass_seconds=None, baked_seconds=None)
     return plain | {"started": None, "seconds": None, "jobs": None}
 
 

@@ -24,7 +24,8 @@ TRUTH_OF_2048_SPP = "import comparisons.suite; comparisons.suite.FIRST_SPP = 1 <
 def results_of(folder: Path) -> list[dict[str, Any]]:
     """The checks of a run without saying whether, and how fast, they were rendered this time."""
     checks = json.loads((folder / "results.json").read_text(encoding="utf-8"))["checks"]
-    return [check | {"cached": None, "seconds": None, "pass_seconds": None} for check in checks]
+    timing = dict.fromkeys(("cached", "seconds", "pass_seconds", "baked_seconds"))
+    return [check | timing for check in checks]
 
 
 def images_of(store: Path) -> dict[Path, int]:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import subprocess
 from collections.abc import Callable
 from dataclasses import asdict, fields, replace
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 
 from comparisons.gate import CriterionResult, Verdict
 from comparisons.result import CheckResult, check_id, rerun_command
-from comparisons.results import commit, read_run, results_json, shown_by, with_pictures
+from comparisons.results import _copy, commit, read_run, results_json, results_text, shown_by, with_pictures
 from comparisons.summary import closing_lines, line_of
 from reference.quantities import MODULES as QUANTITIES
 from reference.store import Store
@@ -252,3 +253,32 @@ def test_checks_whose_names_make_the_same_file_name_have_pictures_of_their_own(
     ]
     shown = with_pictures(tmp_path, Store(tmp_path), named)
     assert [(tmp_path / one.images["truth"]).read_text(encoding="utf-8") for one in shown] == ["one.png", "two.png"]
+
+
+def test_a_picture_is_copied_if_it_is_not_the_one_that_is_there(tmp_path: Path) -> None:
+    source, target = tmp_path / "store.png", tmp_path / "report.png"
+    source.write_bytes(b"first")
+    _copy(source, target)
+    assert target.read_bytes() == b"first"
+    inode = target.stat().st_ino
+    os.utime(target, ns=(0, source.stat().st_mtime_ns))
+    _copy(source, target)
+    assert (target.stat().st_ino, target.stat().st_atime_ns) == (inode, 0), "it was neither read nor written"
+    source.write_bytes(b"other")
+    os.utime(source, ns=(0, target.stat().st_mtime_ns + 1))
+    _copy(source, target)
+    assert target.read_bytes() == b"other"
+    target.write_bytes(b"edits")
+    os.utime(target, ns=(0, source.stat().st_mtime_ns - 1))
+    _copy(source, target)
+    assert target.read_bytes() == b"other"
+
+
+def test_results_are_written_one_check_a_line(make_run: Callable[..., Any], make_judged: Callable[..., Any]) -> None:
+    results = make_run(make_judged(), make_judged(scene="other"))
+    text = results_text(results)
+    assert json.loads(text) == json.loads(json.dumps(results))
+    assert sum(line.startswith("{") and '"criteria"' in line for line in text.splitlines()) == 2
+    assert json.loads(results_text(make_run()))["checks"] == []
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        results_text(make_run(make_judged() | {"spp": float("nan")}))

@@ -13,11 +13,11 @@ import pytest
 
 from comparisons import sequential, suite
 from comparisons.gate import CriterionResult, Verdict
+from comparisons.judgement import error_scale
 from comparisons.metrics import Estimate, Samples
 from comparisons.parity import PARITY
 from comparisons.request import Request, request_of
 from comparisons.result import CheckResult, empty_result
-from comparisons.runner import error_scale
 from comparisons.suite import SceneRun, exit_status
 from realtime.camera import Camera, sensor_camera
 from realtime.frame import Frame

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from realtime.capture import BOUNCES_LEFT, MOST_BOUNCES, bounces_for
-from realtime.graph import Pass, Plan, plan
+from realtime.graph import Plan, plan
 from realtime.render import Rendering
 from scenes.errors import InputError
 from scenes.exr import write_exr
@@ -237,9 +237,11 @@ def test_bounces_go_on_until_little_is_left(reflectance: float, expected: int | 
     assert reflectance in (0, 1) or reflectance**bounces <= BOUNCES_LEFT * (1 + 1e-9)
 
 
-def without_skipping(why: str) -> Callable[[Sequence[Pass], str], Plan]:
+def without_skipping(why: str) -> Callable[..., Plan]:
     """A planner that takes no notice of one reason for leaving passes out."""
-    return lambda passes, wanted: plan([replace(p, skip="") if p.skip == why else p for p in passes], wanted)
+    return lambda passes, wanted, *rest: plan(
+        [replace(p, skip="") if p.skip == why else p for p in passes], wanted, *rest
+    )
 
 
 @both

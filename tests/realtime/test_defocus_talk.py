@@ -84,7 +84,8 @@ def test_the_ramps_are_those_of_the_talk(glsl: Glsl) -> None:
     f = np.linspace(0, 1, 101)
     given = np.zeros((101, 1, 4))
     given[:, 0, 0] = f
-    made = glsl("defocus_talk/ramps.glsl", "r[0].xy = far_blur(a[0].x); r[0].z = near_blur(a[0].x);", given)[:, 0]
+    body = "r[0].xy = far_blur(a[0].x, 1.0); r[0].z = near_blur(a[0].x, 0.85);"
+    made = glsl("defocus_talk/ramps.glsl", body, given)[:, 0]
     np.testing.assert_allclose(made[:, 0], np.clip(2 * f, 0, 1), atol=1e-6)
     np.testing.assert_allclose(made[:, 1], np.clip(2 * f - 1, 0, 1), atol=1e-6)
     np.testing.assert_allclose(made[:, 2], np.clip((f - 0.85) / 0.15, 0, 1), atol=1e-5)

@@ -254,6 +254,7 @@ def test_a_file_called_glsl_is_a_fragment_shader_too(make_scene: Callable[..., S
         (("default = 0.5", 'default = "dim"'), 9, "parameters.level.default: found 'dim'; a number or a truth value"),
         (("default = 0.5", "default = 5.0"), 8, "parameters.level: default and sweep must lie within bounds"),
         (("[0.25, 1]", "[0.25, true]"), 8, "parameters.level: every value of sweep must be a float, as default is"),
+        (("[0.0, 2.0]", "[0.0, 2.0]\ntuned = [0.5, 3.0]"), 8, "parameters.level: tuned is the least and the most"),
         (("[0.0, 2.0]", "[0.0]"), 11, "parameters.level.bounds.1: is missing"),
         (("parameters.level", "parameters.eye"), None, "the parameter 'eye' has a name that lightgauge uses itself"),
         (("own/interface", "own/interfaces"), 15, "the included file 'own/interfaces.glsl' is neither in"),

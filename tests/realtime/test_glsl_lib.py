@@ -20,7 +20,7 @@ FORM_FACTOR = "r[0].x = disk_form_factor(a[0].xyz, a[1].xyz, a[2].xyz, a[2].w);"
 BASIS = "float[9] b = sh_basis(a[0].xyz); for (int k = 0; k < 9; ++k) r[k / 4][k % 4] = b[k];"
 IRRADIANCE = "r[0].xyz = unshadowed_irradiance(Light(a[0], a[1], a[2]), a[3].xyz, a[4].xyz);"
 SHADOW = f"r[0] = shadow_coordinates(Light(a[0], a[1], vec4(0.0)), a[2].xyz, {SIDE}.0, a[2].w);"
-SURFEL = "r[0].x = surfel_factor(Surfel(a[0], a[1], vec4(0.0), vec4(0.0)), a[2].xyz, a[3].xyz);"
+SURFEL = "r[0].x = surfel_factor(Surfel(a[0], a[1], vec4(0.0)), a[2].xyz, a[3].xyz);"
 
 
 @pytest.fixture

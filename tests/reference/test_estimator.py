@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from reference import estimator, studio
+from reference import store as store_module
 from reference.estimator import ACCUMULATORS, LARGEST_BLOCK, Reference, block_sizes, seed_of, truth_parts
 from reference.quantities import quantity
 from reference.quantities.radiance import indirect_block
@@ -343,3 +344,37 @@ def test_all_samples_at_hand_are_those_that_are_stored_without_a_gap(
     next((tmp_path / "store").rglob("block-002.exr")).unlink()
     assert made.at_hand(INDIRECT, 16).spp == 32
     assert made.at_hand("depth", 0).is_exact
+
+
+def test_a_block_is_read_once_and_counts_as_used_each_time(
+    make_scene: MakeScene, reference: MakeReference, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = make_scene()
+    first = reference(scene).truth(INDIRECT, 128)
+    again = reference(scene)
+    read: list[Path] = []
+    whole_image = store_module.whole_image
+
+    def recorded(path: Path) -> Any:
+        read.append(path)
+        return whole_image(path)
+
+    monkeypatch.setattr(store_module, "whole_image", recorded)
+    used = []
+    for _ in range(2):
+        again.store.touched.clear()
+        truth = again.truth(INDIRECT, 128)
+        np.testing.assert_array_equal(truth.accumulators, first.accumulators)
+        used.append({path for path in again.store.touched if path.name.startswith("block-")})
+    assert used[0] == used[1]
+    assert len(used[0]) == len(set(read) & used[0]) == len([path for path in read if path in used[0]]) == 4
+
+
+def test_blocks_beyond_the_memory_for_them_are_read_again(
+    make_scene: MakeScene, reference: MakeReference, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(estimator, "MOST_BYTES_KEPT", 0)
+    looked = reference(make_scene())
+    first, again = looked.truth(INDIRECT, 64), looked.truth(INDIRECT, 64)
+    np.testing.assert_array_equal(first.accumulators, again.accumulators)
+    assert looked._blocks == {}

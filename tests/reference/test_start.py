@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from reference.start import VARIANT, choose_llvm, mitsuba, packaged_llvm
-from scenes.errors import NoCompiler
+from reference.start import CHOICE, VARIANTS, choose_llvm, mitsuba, packaged_llvm, variant
+from scenes.errors import InputError, NoCompiler
 
 
 def without_package(name: str) -> Any:
@@ -62,13 +62,38 @@ def test_a_library_that_is_no_llvm_is_tried_elsewhere_and_refused(
 def test_a_mitsuba_that_cannot_be_imported_is_no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DRJIT_LIBLLVM_PATH", "")
     monkeypatch.setattr("reference.start.choose_llvm", lambda: Path("libLLVM.so"))
-    monkeypatch.setitem(sys.modules, "mitsuba", None)
+    monkeypatch.setitem(sys.modules, "drjit", None)
     with pytest.raises(NoCompiler, match=r"Mitsuba does not start.*libatomic1"):
         mitsuba.__wrapped__()
 
 
+def test_the_variant_is_the_default_unless_the_environment_names_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(CHOICE, raising=False)
+    assert variant() == "llvm_ad_rgb"
+    for name in VARIANTS:
+        monkeypatch.setenv(CHOICE, name)
+        assert variant() == name
+
+
+def test_an_unknown_variant_is_refused_with_those_that_are_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(CHOICE, "scalar_rgb")
+    with pytest.raises(InputError, match=r"LIGHTGAUGE_VARIANT is 'scalar_rgb'.*llvm_ad_rgb and cuda_ad_rgb"):
+        variant()
+
+
+def test_a_gpu_needs_no_llvm_and_its_absence_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_llvm() -> Path:
+        raise AssertionError("looked for an LLVM")
+
+    monkeypatch.setenv(CHOICE, "cuda_ad_rgb")
+    monkeypatch.setattr("reference.start.choose_llvm", no_llvm)
+    monkeypatch.setitem(sys.modules, "drjit", None)
+    with pytest.raises(NoCompiler, match=r"LIGHTGAUGE_VARIANT=cuda_ad_rgb.*NVIDIA.*Unset"):
+        mitsuba.__wrapped__()
+
+
 def test_mitsuba_starts_with_its_variant_and_library(mi: ModuleType) -> None:
-    assert mi.variant() == VARIANT
+    assert mi.variant() == variant()
     assert Path(os.environ["DRJIT_LIBLLVM_PATH"]).is_file()
 
 

@@ -19,7 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reference.store import Shelf, Store, write_text
-from reference.upkeep import Record, evict, inventory, merge
+from reference.upkeep import Record, evict, inventory, merge, tidy
 from scenes.errors import ImageError, InputError
 from scenes.exr import read_exr, write_exr
 from scenes.image import Image
@@ -676,3 +676,48 @@ def test_merging_waits_for_a_run_that_renders_the_same(tmp_path: Path) -> None:
         merge(store, other.root)
     assert len(waits) == 1
     np.testing.assert_array_equal(mine.image("exact", refuse).pixels, OTHER.pixels)
+
+
+def test_a_store_is_looked_through_when_something_was_written_or_the_limit_fell(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    filled(store, "depth", days=1)
+    size = sum(record.size for record in inventory(store))
+    assert tidy(store, 2 * size) is not None
+    assert tidy(store, 2 * size) is None
+    assert tidy(store, 3 * size) is None, "a higher limit leaves what a lower one left"
+    assert tidy(store, size) is not None, "a lower one may not"
+    filled(store, "normal", days=2)
+    assert len(getattr(tidy(store, size), "removed", ())) == 1
+    assert [record.what for record in inventory(store)] == ["depth"]
+
+
+@pytest.mark.parametrize("write", ["image", "shelf", "merge"])
+def test_whatever_is_written_lets_the_store_be_looked_through(tmp_path: Path, write: str) -> None:
+    store, other = Store(tmp_path / "store"), Store(tmp_path / "other")
+    shelf = store.shelf({"quantity": "depth"})
+    filled(other, "normal", days=1)
+    tidy(store, 1 << 30)
+    assert tidy(store, 1 << 30) is None
+    if write == "image":
+        shelf.image("exact", lambda: IMAGE)
+    elif write == "shelf":
+        store.shelf({"quantity": "albedo"})
+    else:
+        merge(store, other.root)
+    assert tidy(store, 1 << 30) is not None
+
+
+def test_a_store_that_is_still_too_large_is_looked_through_again(tmp_path: Path) -> None:
+    """What a run that goes on has used stays until that has ended."""
+    store = Store(tmp_path)
+    store.shelf({"quantity": "depth"}).image("exact", lambda: IMAGE)
+    assert getattr(tidy(store, 1), "left", 0) > 1
+    assert tidy(store, 1) is not None
+
+
+def test_a_damaged_note_of_the_last_look_is_none(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    filled(store, "depth", days=1)
+    for content in ("", "[]", '{"limit": "1G"}', "\xff"):
+        (tmp_path / "tidied.json").write_text(content, encoding="latin-1")
+        assert tidy(store, 1 << 30) is not None

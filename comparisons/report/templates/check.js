@@ -16,6 +16,9 @@ if (chosen) {
   }
 }
 
+// What changes with every run stands in a script of its own, so that a page is written anew only if its check changed.
+if (RUN) document.getElementById("run").textContent = RUN;
+
 const KEY_STEPS = { j: step.next, k: step.prev, o: step.back };
 addEventListener("keydown", event => {
   const isElsewhere = event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey;

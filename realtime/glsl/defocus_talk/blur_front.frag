@@ -5,9 +5,10 @@
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform sampler2D depth;
 uniform float radius; // of the disk, in texels
+uniform float far_slope;
 layout(location = 0) out vec4 blurred;
 void main() {
-    vec2 outer = far_blur(1.0 - texelFetch(depth, ivec2(gl_FragCoord.xy), 0).r);
+    vec2 outer = far_blur(1.0 - texelFetch(depth, ivec2(gl_FragCoord.xy), 0).r, far_slope);
     vec4 sum = vec4(0.0);
     float weights = 0.0;
     for (int i = 0; i < TAPS; ++i) {

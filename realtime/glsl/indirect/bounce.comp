@@ -8,6 +8,7 @@ layout(std430, binding = 0) readonly buffer Surfels { Surfel surfels[]; };
 layout(std430, binding = 1) readonly buffer Transport { float transport[]; };
 layout(std430, binding = 2) readonly buffer Before { vec4 before[]; };
 layout(std430, binding = 3) writeonly buffer After { vec4 after[]; };
+layout(std430, binding = 4) readonly buffer Lit { vec4 lit[]; };
 uniform int surfel_count;
 
 void main() {
@@ -15,5 +16,5 @@ void main() {
     if (index >= surfel_count) return;
     vec3 received = vec3(0.0);
     for (int i = 0; i < surfel_count; ++i) received += transport[i * surfel_count + index] * before[i].rgb;
-    after[index] = vec4(surfels[index].radiance.rgb + surfels[index].albedo.rgb * received, 1.0);
+    after[index] = vec4(lit[index].rgb + surfels[index].albedo.rgb * received, 1.0);
 }

@@ -19,6 +19,11 @@ float triangle_distance(int index, vec3 origin, vec3 direction) {
     return u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 ? t : NO_HIT;
 }
 
+// 1 / direction, large but finite along an axis that the ray does not follow: nothing times infinity would be no number.
+vec3 reciprocal(vec3 direction) {
+    return 1.0 / mix(direction, vec3(1e-20), equal(direction, vec3(0.0)));
+}
+
 // Whether a ray misses a box before `end`.
 bool misses_box(vec3 low, vec3 high, vec3 origin, vec3 inverse, float end) {
     vec3 t0 = (low - origin) * inverse, t1 = (high - origin) * inverse;
@@ -29,7 +34,7 @@ bool misses_box(vec3 low, vec3 high, vec3 origin, vec3 inverse, float end) {
 
 // Whether the open segment from `origin` to `origin + end * direction` meets a triangle.
 bool is_blocked(vec3 origin, vec3 direction, float end) {
-    vec3 inverse = 1.0 / direction;
+    vec3 inverse = reciprocal(direction);
     int node = 0;
     while (node < node_count) {
         vec4 low = nodes[2 * node], high = nodes[2 * node + 1];

@@ -2,14 +2,11 @@
 // Gather BLOCK x BLOCK texels of the captured cube into one surfel, weighted by their solid angles. A block that sees both
 // surfaces and sky becomes a surface with the area that it really shows; the sky's share of it is lost.
 #include "lib/cube.glsl"
-#include "lib/sky.glsl"
 #include "lib/surfels.glsl"
 layout(local_size_x = 64) in;
 layout(binding = 0) uniform sampler2D position_map;
 layout(binding = 1) uniform sampler2D normal_map;
 layout(binding = 2) uniform sampler2D albedo_map;
-layout(binding = 3) uniform sampler2D radiance_map;
-layout(binding = 4) uniform sampler2D sky_map;
 layout(std430, binding = 0) writeonly buffer Surfels { Surfel surfels[]; };
 uniform vec3 centre;
 uniform int surfel_count;
@@ -24,7 +21,7 @@ void main() {
     int across = side / BLOCK;
     int face = index / (across * across);
     ivec2 corner = ivec2(index % across, (index / across) % across) * BLOCK;
-    vec3 position = vec3(0.0), normal = vec3(0.0), albedo = vec3(0.0), radiance = vec3(0.0), sky = vec3(0.0), direction = vec3(0.0);
+    vec3 position = vec3(0.0), normal = vec3(0.0), albedo = vec3(0.0), direction = vec3(0.0);
     float area = 0.0, seen = 0.0, total = 0.0;
     for (int y = 0; y < BLOCK; ++y) for (int x = 0; x < BLOCK; ++x) {
         ivec2 texel = corner + ivec2(x, y);
@@ -43,10 +40,7 @@ void main() {
             normal += a * n;
             area += a;
             albedo += solid_angle * texelFetch(albedo_map, at, 0).rgb;
-            radiance += solid_angle * texelFetch(radiance_map, at, 0).rgb;
             seen += solid_angle;
-        } else {
-            sky += solid_angle * textureLod(sky_map, sky_uv(d, float(textureSize(sky_map, 0).y)), 0.0).rgb;
         }
     }
     Surfel s;
@@ -54,12 +48,10 @@ void main() {
         s.position_area = vec4(position / area, area);
         s.normal_solid_angle = vec4(normalize(normal + vec3(0.0, 1e-30, 0.0)), seen);
         s.albedo = vec4(albedo / seen, 1.0);
-        s.radiance = vec4(radiance / seen, 1.0);
     } else {
         s.position_area = vec4(normalize(direction), 0.0);
         s.normal_solid_angle = vec4(0.0, 0.0, 0.0, total);
         s.albedo = vec4(0.0);
-        s.radiance = vec4(sky / total, 1.0);
     }
     surfels[index] = s;
 }

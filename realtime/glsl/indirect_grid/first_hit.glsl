@@ -7,7 +7,7 @@ struct Hit {
 };
 
 Hit first_hit(vec3 origin, vec3 direction) {
-    vec3 inverse = 1.0 / direction;
+    vec3 inverse = reciprocal(direction);
     Hit hit = Hit(-1, NO_HIT);
     int node = 0;
     while (node < node_count) {

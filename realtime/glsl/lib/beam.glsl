@@ -12,6 +12,7 @@ Beam beam_of(Light light, vec3 position) {
     if (kind == PARALLEL) return Beam(light.axis_area.xyz, light.strength.rgb);
     vec3 v = position - light.place_kind.xyz;
     float r2 = dot(v, v);
+    if (r2 == 0.0) return Beam(light.axis_area.xyz, vec3(0.0));  // nothing can be said at the light itself
     vec3 travel = v * inversesqrt(r2);
     float along = dot(travel, light.axis_area.xyz);
     if (kind == FACET)

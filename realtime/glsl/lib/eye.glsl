@@ -56,8 +56,10 @@ bool leaves_sclera(Eye e, vec3 o, vec3 d) {
 // Where a ray inside the eye meets the iris, and the side of it that looks at the cornea. False if it passes beside the rim.
 bool iris_hit(Eye e, vec3 o, vec3 d, out vec3 point, out vec3 normal) {
     normal = vec3(0.0, 1.0, 0.0);
-    point = o + (e.iris_plane - o.y) / d.y * d;
-    bool inside = d.y < 0.0 && dot(point.xz, point.xz) <= e.limbus_radius * e.limbus_radius;
+    point = o;
+    if (d.y >= 0.0) return false;
+    point += (e.iris_plane - o.y) / d.y * d;
+    bool inside = dot(point.xz, point.xz) <= e.limbus_radius * e.limbus_radius;
     if (!inside || e.iris_curvature == 0.0) return inside;
     vec3 c = on_axis(e.iris_centre);
     vec2 t;

@@ -19,5 +19,6 @@ vec3 unshadowed_irradiance(Light light, vec3 position, vec3 normal) {
         return light.strength.rgb / area * PI * disk_form_factor(normal, to_light, light.axis_area.xyz, area);
     }
     float r2 = dot(to_light, to_light);
+    if (r2 == 0.0) return vec3(0.0);  // nothing can be said at the light itself
     return light.strength.rgb * max(dot(normal, to_light), 0.0) / (r2 * sqrt(r2));
 }

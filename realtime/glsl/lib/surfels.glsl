@@ -3,5 +3,4 @@ struct Surfel {
     vec4 position_area;       // sky: the unit direction, 0
     vec4 normal_solid_angle;  // the solid angle is the one seen from the cube's centre
     vec4 albedo;
-    vec4 radiance;            // sky: what it emits; surfaces: what they reflect, no emission
 };

@@ -1,9 +1,9 @@
 #version 430
 // How far the nearest back face is.
 #include "lib/centred_distance.glsl"
+#include "translucency/face.glsl"
 uniform vec3 offset;
-in vec3 from_centre;
 layout(location = 0) out vec2 found;
 void main() {
-    found = vec2(centred_distance(from_centre, offset), 1.0);
+    found = vec2(centred_distance(place_on_face(), offset), 1.0);
 }

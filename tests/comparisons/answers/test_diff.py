@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from comparisons.answers.diff import Outcome, diff_lines, is_run, parse_variant
-from comparisons.difference import difference, write_linear
+from comparisons.difference import difference
+from comparisons.linear import write_linear
 from comparisons.metrics import Samples
 from comparisons.result import check_id
 from realtime.render import Renderer

@@ -1,6 +1,8 @@
 """Perceptual metrics against closed forms for uniform images, and their bracket under noise."""
 
+import importlib
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,8 @@ from comparisons.tonemap import MEAN_VALUE
 from scenes import srgb
 from scenes.errors import ImageError
 from scenes.image import Float64
+
+flip_module = importlib.import_module("comparisons.metrics.flip")  # whose name in the package is the metric
 
 PERCEPTUAL = ["flip", "dssim_tonemapped", "delta_e_itp"]
 ROWS, COLUMNS = np.mgrid[:32, :32]
@@ -168,6 +172,26 @@ def test_only_colours_are_judged(metric: str, exact: Exact) -> None:
 def test_dssim_refuses_an_image_smaller_than_its_window(exact: Exact) -> None:
     with pytest.raises(ImageError, match="11x11 pixels; the image has 32x8"):
         evaluate("dssim_tonemapped", TRUTH[:8], exact(TRUTH[:8]))
+
+
+def test_a_flip_map_of_the_same_images_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[int] = []
+    make = flip_module._evaluated
+
+    def counted(true: Any, test: Any) -> Any:
+        made.append(1)
+        return make(true, test)
+
+    monkeypatch.setattr(flip_module, "_evaluated", counted)
+    monkeypatch.setattr(flip_module, "_maps", {})
+    one, other = TRUTH / TRUTH.max(), 0.9 * TRUTH / TRUTH.max()
+    maps = [flip_map(one, other), flip_map(one.copy(), other.copy()), flip_map(other, one), flip_map(one, one)]
+    assert len(made) == 3
+    np.testing.assert_array_equal(maps[0], maps[1])
+    assert np.any(maps[0] != maps[3])
+    for index in range(2 * flip_module.MAPS_KEPT):
+        flip_map(one, one * index / 100)
+    assert len(flip_module._maps) == flip_module.MAPS_KEPT
 
 
 def test_the_flip_image_has_the_raw_error_as_its_mean(noisy: Noisy) -> None:

@@ -109,3 +109,24 @@ def test_who_cannot_see_it_hears_the_values() -> None:
 def test_what_cannot_be_drawn_is_refused(series: list[Series]) -> None:
     with pytest.raises(ValueError, match=r"found|series of"):
         loglog_plot("t", "x", "y", series)
+
+
+def test_what_stands_back_is_faint() -> None:
+    root = drawn(Series("s", [Point(1, 1, 0.5, 2, is_dim=True), Point(2, 1, 0.5, 2)]))
+    drawn_in_colour = [p for p in root.findall(f"{SVG}path") if p.attrib.get("stroke") or "transform" in p.attrib]
+    coloured = [p for p in drawn_in_colour if COLOURS[0] in (p.attrib.get("stroke"), p.attrib.get("fill"))]
+    assert ["opacity" in path.attrib for path in coloured] == [True, True, False, False, False]  # the last: the legend
+
+
+def test_a_line_has_no_marks_and_takes_no_colour_from_the_series() -> None:
+    ends = [Point(1, 1), Point(10, 2)]
+    root = drawn(Series("fit", ends, is_line=True, is_dashed=True), Series("s", [Point(1, 1)], is_joined=False))
+    (fit,) = root.findall(f"{SVG}polyline")
+    assert (fit.attrib["stroke"], fit.attrib["stroke-dasharray"]) == ("currentColor", "5 3")
+    assert [p.attrib["fill"] for p in root.findall(f"{SVG}path") if p.find(f"{SVG}title") is not None] == [COLOURS[0]]
+
+
+def test_over_many_decades_labels_have_room() -> None:
+    root = drawn(Series("s", [Point(1e-6, 1), Point(1e6, 10)]))
+    along_x = [text for text in root.findall(f"{SVG}text") if text.attrib.get("y") == "366"]
+    assert 4 <= len(along_x) <= 7

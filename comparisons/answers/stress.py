@@ -1,0 +1,140 @@
+"""Stresses in words: a table of who breaks where, what is new about it, and how to see it again."""
+
+import importlib
+import json
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+from comparisons.report.stress_page import write_stress_page
+from comparisons.results import environment
+from comparisons.stress.limits import Standing, is_broken, standing, with_limit
+from comparisons.stress.result import FILE_NAME, SCHEMA, Outcome
+from comparisons.stress.tables import table_lines, tables
+from reference.store import write_text
+from scenes.errors import unknown_name
+
+MODULES = ("techniques", "intermediates", "functions")
+"""Of comparisons.stress: what there is to be stressed."""
+
+Step = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Part:
+    """What of a module of `comparisons.stress` is to be done: `at` is the only magnitude, if there is one."""
+
+    module: Any
+    subjects: tuple[str, ...]
+    stresses: tuple[str, ...]
+    at: float | None
+
+    def outcomes(self, step: Step) -> Iterator[Outcome]:
+        found = self.module.outcomes(self.subjects, step, self.stresses, self.at)
+        return (with_limit(outcome) for outcome in found)
+
+
+def chosen(subjects: Sequence[str], stresses: Sequence[str], at: float | None) -> tuple[Part, ...]:
+    """The parts that names and patterns mean; all where there are none.
+
+    Raises
+    ------
+    InputError
+        A name or a pattern means nothing.
+    """
+    modules = [importlib.import_module(f"comparisons.stress.{name}") for name in MODULES]
+    known = {module: (module.subjects(), list(module.STRESSES)) for module in modules}
+    _require_known("technique or function", subjects, [name for names, _ in known.values() for name in names])
+    _require_known("stress", stresses, [name for _, names in known.values() for name in names])
+    parts = [
+        Part(module, tuple(_named(subjects, there)), tuple(_named(stresses, done)), at)
+        for module, (there, done) in known.items()
+    ]
+    return tuple(part for part in parts if part.subjects and part.stresses)
+
+
+def _require_known(kind: str, asked: Sequence[str], known: Sequence[str]) -> None:
+    for name in asked:
+        if not _named([name], known):
+            raise unknown_name(kind, name, dict.fromkeys(known))
+
+
+def _named(patterns: Sequence[str], names: Sequence[str]) -> list[str]:
+    return [name for name in names if not patterns or any(fnmatchcase(name, pattern) for pattern in patterns)]
+
+
+def run_stress(parts: Sequence[Part], folder: Path, step: Step) -> tuple[list[str], int]:
+    """Do it, write stress.json and its page into the folder; the table as lines of text, and the exit status."""
+    started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.perf_counter()
+    found = [
+        outcome
+        for number, part in enumerate(parts)
+        for outcome in part.outcomes(lambda what, done, n=number: step(what, (n + done) / len(parts)))  # type: ignore[misc]
+    ]
+    seconds = time.perf_counter() - clock
+    content = content_of(found, meanings(parts), started, seconds)
+    write_text(folder / FILE_NAME, json.dumps(content, indent=1, allow_nan=False))
+    page = write_stress_page(folder, found, content)
+    return [*stress_lines(found), f"{seconds:.0f} s; {page}"], int(is_broken(found))
+
+
+def meanings(parts: Iterable[Part]) -> dict[str, str]:
+    """What is done in each stress, in words."""
+    return {name: str(part.module.STRESSES[name]) for part in parts for name in part.stresses}
+
+
+def content_of(
+    outcomes: Iterable[Outcome], stresses: Mapping[str, str], started: str, seconds: float
+) -> dict[str, Any]:
+    """The content of stress.json."""
+    return {
+        "schema": SCHEMA,
+        "environment": environment([]) | {"gl_renderer": _renderer()},
+        "started": started,
+        "seconds": seconds,
+        "stresses": dict(stresses),
+        "outcomes": [outcome.to_json() | {"standing": standing(outcome).name} for outcome in outcomes],
+    }
+
+
+def _renderer() -> str:
+    from realtime.context import make_context, renderer_name
+
+    return renderer_name(make_context())
+
+
+def stress_lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
+    """The table, a line for all that is new, and counts."""
+    for table in tables(outcomes):
+        yield from table_lines(table)
+        yield ""
+    yield "-: holds to the end of its range   a number: the first magnitude that fails   n/a: cannot be put under it"
+    yield "*: not documented, or earlier than is documented   +: holds further than is documented"
+    for outcome in outcomes:
+        yield from _news(outcome)
+    counts = {kind: sum(standing(outcome) is kind for outcome in outcomes) for kind in Standing}
+    yield ", ".join(f"{count} {kind.value}" for kind, count in counts.items() if count)
+
+
+def _news(outcome: Outcome) -> Iterator[str]:
+    kind = standing(outcome)
+    if kind is Standing.BROKEN:
+        before = "" if outcome.limit is None else f", documented from {outcome.limit:g} on"
+        where = f"{outcome.subject}, {outcome.stress} at {outcome.first_failing:g}{before}"
+        yield f"BROKEN {where}: {found_at_last(outcome)}"
+        yield f"  again: {outcome.reproduce}"
+    if kind is Standing.STALE:
+        yield (
+            f"STALE {outcome.subject}, {outcome.stress}: documented to break from {outcome.limit:g} on, but it holds "
+            "there. Correct limits.toml."
+        )
+
+
+def found_at_last(outcome: Outcome) -> str:
+    """What the last trial found, in words."""
+    last = next((t for t in outcome.trials if t.magnitude == outcome.first_failing), outcome.trials[-1])
+    return last.fault if last.error is None else f"{last.error:.2g} {outcome.unit}; {outcome.tolerance:g} is allowed"

@@ -1,0 +1,1 @@
+"""The text of shaders: without its directives, as a syntax tree, and rewritten."""

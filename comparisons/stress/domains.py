@@ -1,0 +1,327 @@
+"""The domains of all shader functions that can be run by themselves.
+
+Most inputs mean the same wherever their name stands; a function says only what is different about its own.
+"""
+
+import math
+
+import numpy as np
+
+from comparisons.glsl.values import Array
+from comparisons.stress import eye_inputs as eye
+from comparisons.stress import inputs as draw
+from comparisons.stress.domain import (
+    DIRECTION,
+    EXACT,
+    LENGTH,
+    RADIANCE,
+    RADII,
+    SHARE,
+    SOLID_ANGLE,
+    TEXELS,
+    UV,
+    Domain,
+    Measure,
+    between,
+    is_direction,
+)
+from comparisons.stress.inputs import Inputs, Kind, facing, number, place, unit_of, whole
+
+LIGHT = {
+    "place_kind": draw.vector(place(20.0, 100.0), draw.choice(0.0, 1.0, 2.0)),
+    "axis_area": draw.vector(draw.unit(), number(1e-4, 10.0, log=True)),
+    "strength": draw.vector(draw.colour(1e-3, 1e3), draw.choice(0.0)),
+}
+SURFEL = {
+    "position_area": draw.vector(place(1.0, 100.0), number(1e-4, 10.0, log=True)),
+    "normal_solid_angle": draw.vector(draw.unit(), number(1e-4, 1.0, log=True)),
+    "albedo": draw.vector(draw.colour(1e-2, 1.0), draw.choice(1.0)),
+}
+
+
+def _index(below: str) -> Kind:
+    return Kind(
+        lambda rng, count, reach, made: rng.integers(0, made[below]),
+        lambda rng, count, made: np.where(rng.random(count) < 0.5, 0, made[below] - 1),
+        lambda value, made: [np.array([0])],
+        lambda value, made: bool(value[0] < made[below][0]),
+    )
+
+
+def _where_the_light_is() -> Kind:
+    """A place to be lit, which may be that of the light itself."""
+    anywhere = place(0.01, 10.0)
+    return Kind(
+        anywhere.draw,
+        lambda rng, count, made: (
+            made["light"]["place_kind"][:, :3] * rng.choice(np.array([0.0, 1.0, 1.0001]), (count, 1))
+        ),
+        anywhere.simple,
+    )
+
+
+def _cosine_inside(made: Inputs) -> Array:
+    return np.asarray(np.sqrt(np.maximum(1.0 - (1.0 - made["cos_i"] ** 2) / made["n"] ** 2, 1e-6)))
+
+
+def _corner(x: float, y: float) -> Kind:
+    """The direction from the place `seen_from`, above the plane z = 0, to a corner of a square in that plane."""
+    return draw.derived(lambda made: unit_of(np.array([x, y, 0.0]) - made["seen_from"]), unit_of)
+
+
+def _reciprocal_direction() -> Kind:
+    """1 / d for a direction d, along an axis as glsl/indirect/bvh.glsl has it."""
+    d, axes = draw.unit(), np.where(np.eye(3) == 1.0, 1.0, 1e20)
+    return Kind(
+        lambda rng, count, reach, made: 1.0 / d.draw(rng, count, reach, made),
+        lambda rng, count, made: rng.choice(np.concatenate([axes, -axes]), count),
+    )
+
+
+def _box_face() -> Kind:
+    """Where a ray begins; at the extreme, on a face of the box."""
+    anywhere = place(0.1, 100.0)
+    return Kind(anywhere.draw, lambda rng, count, made: made["low"], anywhere.simple)
+
+
+BY_NAME: dict[str, Kind] = {
+    **dict.fromkeys(("cos_i", "cos_o", "cosine"), draw.cosine()),
+    **dict.fromkeys(("in_ray", "d", "N", "normal", "to_light", "V", "L", "axis", "a", "b", "c"), draw.unit()),
+    **dict.fromkeys(("eta", "ior", "n"), number(1.0001, 2.5, 1.5)),
+    **dict.fromkeys(("radius", "longest", "thinnest", "scene_radius"), number(0.01, 100.0, log=True)),
+    **dict.fromkeys(("position", "centre", "o", "to_source", "v"), place(0.01, 100.0)),
+    **dict.fromkeys(("e", "eyeball"), eye.eyes()),
+    **dict.fromkeys(("source_normal", "iris_normal"), draw.unit()),
+    **dict.fromkeys(("turn", "phi", "angle"), number(0.0, 2 * math.pi)),
+    **dict.fromkeys(("wrap", "t", "internal"), number(0.0, 1.0)),
+    "albedo": draw.colour(0.01, 1.0),
+    "area": number(1e-4, 10.0, log=True),
+    "exponent": number(1.0, 8192.0, 4000.0),
+    "light": draw.struct(**LIGHT),
+    "s": draw.struct(**SURFEL),
+    "side": draw.choice(16.0, 64.0, 512.0, 2048.0),
+    "count": whole(1, 256),
+    "st": draw.vector(number(-1.0, 1.0, 0.0), number(-1.0, 1.0, 0.0)),
+    "closed": draw.choice(0.0, 1.0),
+    "thickness": number(1e-3, 1e3, log=True),
+}
+"""Inputs that mean the same everywhere."""
+
+ABOVE_A_SQUARE = draw.vector(number(-3.0, 3.0, -1.0, 1.0), number(-3.0, 3.0, -1.0, 1.0), number(1e-3, 3.0, log=True))
+
+DOMAINS: dict[str, Domain] = {
+    "lib/ball.glsl:part_above_horizon": Domain(
+        SHARE,
+        {"height": draw.scaled(number(-1.5, 1.5, -1.0, 1.0, 0.0), lambda made: made["radius"])},
+        between(0.0, 1.0),
+    ),
+    "lib/beam.glsl:beam_of": Domain(
+        RADIANCE,
+        {
+            "light": draw.struct(
+                **LIGHT | {"place_kind": draw.vector(place(20.0, 100.0), draw.choice(0.0, 1.0, 2.0, 3.0))}
+            ),
+            "position": _where_the_light_is(),
+        },
+    ),
+    "lib/blinn_phong.glsl:blinn_phong": Domain(
+        SHARE, {"L": facing("N", 1.0), "to_eye": draw.or_opposite(facing("N", 1.0), "L")}, between(0.0, 1.0)
+    ),
+    "lib/centred_distance.glsl:centred_distance": Domain(LENGTH, {"v": place(0.01, 1.0), "offset": place(2.0, 100.0)}),
+    "lib/cornea.glsl:wavefront_curvatures": Domain(
+        Measure("per radius of the eye", 1e-3),
+        {
+            "n": number(1.01, 1.6, 1.376),
+            "cos_t": draw.derived(_cosine_inside),
+            "curvature": number(0.5, 2.0, 0.0),
+            "inverse_r": number(0.0, 1.0),
+        },
+    ),
+    "lib/cornea.glsl:focus": Domain(
+        RADIANCE, {"curvatures": draw.vector(number(-1.0, 2.0, 0.0), number(-1.0, 2.0, 0.0)), "s": number(0.0, 1.0)}
+    ),
+    "lib/cornea.glsl:refracted_cosine": Domain(SHARE, {}, between(0.0, 1.0 + 1e-6)),
+    "lib/cornea.glsl:cornea_entry": Domain(
+        RADII, {"p": eye.on_iris("e"), "place": eye.sources(), "steps": whole(0, 8)}
+    ),
+    "lib/cornea.glsl:cornea_transfer": Domain(SHARE, {"x": eye.entries()}, between(0.0, 1.0)),
+    "lib/cornea.glsl:cornea_focus": Domain(RADIANCE, {"x": eye.entries()}),
+    "lib/cornea.glsl:unfocused_spread": Domain(SHARE, {"e": eye.eyes(), "x": eye.entries()}, between(0.0, 1.0)),
+    "lib/cornea.glsl:straight_transfer": Domain(
+        SHARE, {"p": eye.on_iris("e"), "to_light": eye.upward()}, between(0.0, 1.0)
+    ),
+    "lib/cornea_talk.glsl:trace_iris_talk": Domain(
+        RADII,
+        eye.talk_iris(),
+        defines={"EXIT_BRANCH": 1},
+    ),
+    "lib/cornea_talk.glsl:edge_blend": Domain(
+        SHARE,
+        {
+            "limbus_height": number(0.5, 0.9, 0.805),
+            "apex": draw.scaled(number(1.05, 1.5), lambda made: made["limbus_height"]),
+            "height": draw.scaled(number(0.9, 1.5, 1.0), lambda made: made["limbus_height"]),
+        },
+        between(0.0, 1.0),
+    ),
+    "lib/coverage_taps.glsl:gaussian_tap": Domain(Measure("deviations", 1e-3), {"i": _index("count")}),
+    "lib/cube.glsl:cube_direction": Domain(SHARE, {"face": whole(0, 5)}),
+    "lib/cube.glsl:cube_face": Domain(SHARE, {"d": place(0.01, 100.0)}),
+    "lib/cube.glsl:cube_texel_solid_angle": Domain(RADIANCE),
+    "lib/disk.glsl:disk_hit": Domain(EXACT),
+    "lib/eye.glsl:on_axis": Domain(EXACT, {"y": number(-2.0, 2.0)}),
+    "lib/eye.glsl:eye_hit": Domain(RADII, {"o": place(3.0, 100.0), "d": eye.rays_to_eye()}),
+    "lib/eye.glsl:leaves_cornea": Domain(EXACT, {"o": eye.on_cornea("e")}),
+    "lib/eye.glsl:leaves_sclera": Domain(EXACT, {"o": eye.on_sclera("e")}),
+    "lib/eye.glsl:iris_hit": Domain(RADII, {"o": eye.on_cornea("e"), "d": eye.rays_to_iris()}),
+    "lib/eye.glsl:iris_uv": Domain(UV, {"p": eye.on_iris("e")}),
+    "lib/eye.glsl:iris_point": Domain(
+        RADII, {"r": draw.scaled(number(0.0, 1.0), lambda made: made["e"]["limbus_radius"])}
+    ),
+    "lib/film.glsl:film_brdf": Domain(
+        Measure("relative to a white surface", 1e-3, is_relative=True, floor=0.3), {"internal": number(0.0, 0.7)}
+    ),
+    "lib/fresnel.glsl:F_dielectric": Domain(SHARE, {}, between(0.0, 1.0)),
+    "lib/fresnel.glsl:F_talk": Domain(SHARE, {}, between(0.0, 1.0)),
+    "lib/hemisphere.glsl:cosine_direction": Domain(SHARE, {"i": whole(0, 1023)}, is_direction()),
+    "lib/lambert.glsl:disk_form_factor": Domain(SHARE, {}, between(0.0, 1.0)),
+    "lib/light_place.glsl:light_place": Domain(LENGTH),
+    "lib/lights.glsl:unshadowed_irradiance": Domain(
+        RADIANCE, {"light": draw.struct(**LIGHT), "position": _where_the_light_is()}
+    ),
+    "lib/receive.glsl:surfel_factor": Domain(SHARE, {}, between(0.0, 1.0)),
+    "lib/receive.glsl:closure_scale": Domain(SHARE, {"sum": number(0.0, 2.0, 1.0)}),
+    "lib/refract.glsl:refract_talk": Domain(
+        DIRECTION, {"in_normal": facing("in_ray"), "in_u": number(0.4, 1.0, 1.376)}, is_direction()
+    ),
+    "lib/refract.glsl:refract_through": Domain(
+        DIRECTION, {"in_normal": facing("in_ray"), "in_u": number(0.4, 2.5, 1.0)}, is_direction("refracted")
+    ),
+    "lib/sh.glsl:sh_basis": Domain(Measure("of 1", 2e-3), {"d": draw.unit()}),
+    "lib/sh.glsl:sh_cosine_factor": Domain(Measure("of 1", 2e-3), {"i": whole(0, 8)}),
+    "lib/shadow.glsl:shadow_coordinates": Domain(
+        TEXELS, {"position": place(0.01, 10.0), "scene_radius": number(50.0, 200.0)}
+    ),
+    "lib/signed_length.glsl:signed_length": Domain(
+        Measure("lengths", 1e-4), {"face": number(-1.0, 1.0), "sign": draw.choice(-1.0, 1.0), "end": number(-1.0, 1.0)}
+    ),
+    "lib/sky.glsl:sky_uv": Domain(UV, {"d": place(0.01, 100.0), "rows": draw.choice(8.0, 512.0)}),
+    "lib/slab_table.glsl:slab_table_uv": Domain(
+        Measure("uv", 1e-3),
+        {"size": draw.vector(draw.choice(64.0), draw.choice(32.0))},
+        between(0.0, 1.0),
+        defines={"PER_OCTAVE": 4},
+    ),
+    "lib/slab_table.glsl:slab_table_radiance": Domain(
+        RADIANCE,
+        {"entry": draw.vector(*3 * [number(-10.0, 0.0)])},
+        defines={"PER_OCTAVE": 4},
+    ),
+    "lib/sphere.glsl:SphereIntersect": Domain(
+        Measure("radii", 1e-4),
+        {
+            "rayo": place(0.1, 0.999),
+            "sphere_radius_squared": draw.choice(1.0),
+            "rayd": eye.rays_to_sphere("rayo", 0.9),
+        },
+    ),
+    "lib/sphere.glsl:sphere_roots": Domain(
+        Measure("radii", 1e-4), {"radius": draw.choice(1.0), "o": place(0.1, 100.0), "d": eye.rays_to_sphere("o", 1.1)}
+    ),
+    "lib/step_characteristic.glsl:step_characteristic": Domain(
+        RADIANCE,
+        {
+            **dict.fromkeys(("entering", "emitted"), draw.colour(1e-2, 100.0)),
+            "extinction": draw.colour(1e-2, 100.0),
+            "path": number(1e-2, 10.0, log=True),
+        },
+    ),
+    "lib/talk_translucency.glsl:normalised_thickness": Domain(
+        SHARE,
+        {"front": place(0.01, 1.0), "back": place(0.01, 1.0), "longest": number(0.1, 2.0, log=True)},
+        between(0.0, 1.0),
+    ),
+    "lib/talk_translucency.glsl:area_of_influence": Domain(SHARE, {"n": number(0.5, 64.0)}, between(0.0, 1.0)),
+    "lib/vogel.glsl:vogel_point": Domain(SHARE, {"i": _index("count")}, between(-1.0, 1.0)),
+    "lib/wrap.glsl:wrap_diffuse": Domain(SHARE, {}, between(0.0, 1.0)),
+    # Functions of the passes that read nothing but arguments and uniforms.
+    "cornea_anatomical/view.glsl:sees_iris": Domain(
+        RADII,
+        {
+            "x": eye.on_cornea("eyeball"),
+            "cornea_normal": draw.derived(lambda made: eye.outer_normal(made["eyeball"], made["x"]), unit_of),
+            "d": facing("cornea_normal"),
+        },
+    ),
+    "cornea_talk/eye.frag:blend": Domain(
+        SHARE,
+        {
+            "white": eye.surfaces(draw.unit()),
+            "iris": eye.surfaces(eye.with_it("white", "normal")),
+            "t": number(0.0, 1.0, 0.5),
+        },
+    ),
+    "cornea_talk/eye.frag:traced_iris": Domain(RADII, eye.talk_iris_of_uniforms()),
+    "defocus_layers/octave.glsl:octave_of": Domain(
+        EXACT, {"finest_radius": draw.choice(1.0, 2.0), "radius": number(0.0, 256.0, 1.0, 2.0)}
+    ),
+    "defocus_layers/overlap.glsl:largest_moment": Domain(SHARE, {"area": number(0.0, 1.0, *draw.NEARLY_ONE)}),
+    "defocus_layers/overlap.glsl:overlap": Domain(
+        SHARE,
+        {
+            **dict.fromkeys(("a", "b"), number(0.0, 1.0, *draw.NEARLY_ONE)),
+            **dict.fromkeys(("moment_a", "moment_b"), draw.vector(*2 * [number(-0.15, 0.15, 0.0)])),
+        },
+        between(0.0, 1.0 + 1e-6),
+    ),
+    "defocus_talk/ramps.glsl:far_blur": Domain(
+        SHARE, {"f": number(0.0, 1.0), "ramp": number(0.2, 1.5, 1.0)}, between(0.0, 1.0)
+    ),
+    "defocus_talk/ramps.glsl:near_blur": Domain(
+        SHARE, {"f": number(0.0, 1.0), "start": number(0.0, 0.95, 0.85)}, between(0.0, 1.0)
+    ),
+    "indirect/bvh.glsl:reciprocal": Domain(LENGTH, {"direction": draw.unit()}),
+    "indirect/bvh.glsl:misses_box": Domain(
+        EXACT,
+        {
+            "low": place(0.1, 10.0),
+            "high": draw.derived(lambda made: made["low"] + np.abs(made["low"][:, [1, 2, 0]])),
+            "origin": _box_face(),
+            "inverse": _reciprocal_direction(),
+            "end": number(0.1, 100.0, log=True),
+        },
+    ),
+    "indirect_grid/places.glsl:probe_place": Domain(
+        LENGTH,
+        {
+            "per_side": whole(1, 16),
+            "box_low": draw.vector(*3 * [number(-10.0, -0.1)]),
+            "box_high": draw.vector(*3 * [number(0.1, 10.0)]),
+            "probe": whole(0, 0),
+        },
+    ),
+    "indirect_grid/seen_from.glsl:triangle_solid_angle": Domain(
+        SOLID_ANGLE,
+        {"seen_from": ABOVE_A_SQUARE, "a": _corner(-1.0, -1.0), "b": _corner(1.0, -1.0), "c": _corner(1.0, 1.0)},
+    ),
+    "indirect_grid/seen_from.glsl:edge_vector": Domain(
+        Measure("rad", 1e-3), {"seen_from": ABOVE_A_SQUARE, "a": _corner(-1.0, -1.0), "b": _corner(1.0, -1.0)}
+    ),
+    "indirect_grid/seen_from.glsl:seen_from": Domain(SOLID_ANGLE, {"place": place(0.01, 10.0)}),
+    "indirect_grid/seen_from.glsl:band_factor": Domain(
+        SHARE, {"k": whole(0, 8), "solid_angle": number(0.0, 2 * math.pi)}, between(-0.2, 1.0)
+    ),
+    "indirect_grid/seen_from.glsl:sphere_scale": Domain(RADIANCE, {"sum": number(1.0, 20.0, 4 * math.pi)}),
+    "indirect_talk/blur.frag:rotated": Domain(SHARE, {"v": draw.unit()}),
+    "shadow_vcm/remapped.comp:unpacked": Domain(SHARE, {"packed_uv": draw.vector(*4 * [number(0.0, 1.0)])}),
+}
+"""By FILE:FUNCTION."""
+
+CONSTANT = "a constant unless its pass binds a texture for it"
+WITHOUT = {
+    "cornea_anatomical/eye.comp:returned_irradiance": CONSTANT,
+    "cornea_talk/eye.frag:visibility": CONSTANT,
+    "eye/surroundings.glsl:sky_radiance": CONSTANT,
+    "eye/surroundings.glsl:mirrored_radiance": CONSTANT,
+}
+"""Functions without a domain though they can be run by themselves, and why."""
