@@ -22,18 +22,22 @@ import numpy as np
 
 from reference.quantities import MODULES, quantity
 from reference.quantity import Integrator, Quantity
-from reference.start import variant
+from reference.start import CHOICE, VARIANTS, variant
 from reference.store import Shelf, Store
 from reference.studio import Launch, Progress, Studio
 from scenes import geometry
 from scenes.digest import code_digest, scene_parts, with_imports
-from scenes.errors import SceneError
+from scenes.errors import InputError, SceneError
 from scenes.features import Features
 from scenes.image import Bool, Float32, Image, require_finite
 from scenes.model import MOST_SPP, PIXEL_GRID, Scene
 
 ACCUMULATORS = 16
 """Independent images: enough for a variance that is itself known to about 18 %."""
+
+TWO_SCENES = {("thickness", True), ("visibility", False)}
+"""Quantities, and whether the truth is exact, whose rays need two scenes in one kernel: that of a body by itself, or of
+what hides a light. On CUDA, Dr.Jit 1.5 leaves one out with no more than a warning, and all light is visible."""
 
 LARGEST_BLOCK = 256
 """Samples a pixel of the largest block: float32 sums of more than 1024 are biased."""
@@ -194,6 +198,13 @@ class Reference:
                 "scene."
             )
 
+    def _require_traceable(self, name: str, integrator: Integrator) -> None:
+        if variant().startswith("cuda") and (name, integrator.exact is not None) in TWO_SCENES:
+            raise InputError(
+                f"Scene '{self.scene.name}': the truth of {name} cannot be rendered with {variant()}: its rays need "
+                f"two scenes at once, which Dr.Jit does not trace on CUDA. Unset {CHOICE} to render with {VARIANTS[0]}."
+            )
+
     def require_unchanged(self) -> None:
         """See that the scene's files are those that this began with: what is kept goes by their content.
 
@@ -217,10 +228,13 @@ class Reference:
             A block holds NaNs or infinities.
         SceneError
             The quantity is not defined for this scene.
+        InputError
+            Mitsuba's variant cannot render it.
         """
         self.require_defined(name)
         found = quantity(name)
         integrator = found.integrator(self.features)
+        self._require_traceable(name, integrator)
         if integrator.exact is None:
             return self._sampled(found, integrator, max(1, -(-spp // ACCUMULATORS)))
         image = self._exact(name)

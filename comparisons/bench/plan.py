@@ -111,7 +111,7 @@ def _key(scene: Scene, quantity: str, used: list[str], metrics: list[str], *abou
     """What a result depends on: scene and truth, all code that draws and judges, the machine, and what is asked."""
     here = Path(__file__).parent
     code = [code_digest(*sorted(here.glob("*.py"))), judging_code(tuple(metrics))]
-    drawn = [(drawing_code(name), source_digest(name)) for name in used]
+    drawn = [(name, drawing_code(name), source_digest(name)) for name in used]
     place = [environment_choice(), cpu_model()]
     asked = [repr(one) for one in about]
     return digest_of(truth_parts(scene, quantity), scene.truth.max_spp, code, drawn, place, asked)

@@ -30,6 +30,9 @@ DIRECTION = (0.48, 0.6, 0.64)
 NUDGE_DEG = 1e-4
 """Turns what is seen by less than a hundredth of a pixel, and by more than what float32 rounds."""
 
+EVEN = 1e-3
+"""Pixels differ by this part of the brightest at least, where their deviation is what an error is measured by."""
+
 STRIP_ROWS = 3
 """Rows on either side of the middle between whose means that of a strip must lie."""
 
@@ -153,10 +156,17 @@ def _square(subject: Subject, side: int) -> Float64:
     return subject.draw(subject.case.of(transforms.with_sensor, width=side, height=side, fov_axis="x"))
 
 
+def _square_base(subject: Subject) -> Float64:
+    image = _square(subject, subject.case.scene.sensor.width)
+    if not image.any():
+        raise InputError("nothing is seen in a square picture")
+    return image
+
+
 def few_pixels(subject: Subject, side: float) -> float:
     """The mean of an image of few pixels is that of many, but for the luck of where so few samples fall."""
-    base, image = _square(subject, subject.case.scene.sensor.width), _square(subject, int(side))
-    deviation = float(base.std(axis=(0, 1)).max())
+    base, image = _square_base(subject), _square(subject, int(side))
+    deviation = max(float(base.std(axis=(0, 1)).max()), EVEN * float(np.abs(base).max()))
     samples = image.shape[0] * image.shape[1] * subject.technique.grid**2
     away = float(np.abs(image.mean(axis=(0, 1)) - base.mean(axis=(0, 1))).max())
     return away * float(np.sqrt(samples)) / deviation
@@ -164,10 +174,10 @@ def few_pixels(subject: Subject, side: float) -> float:
 
 def strip(subject: Subject, width: float) -> float:
     """A row of very many pixels shows the middle of the image: its mean is between those of the rows there."""
-    base = _square(subject, subject.case.scene.sensor.width)
+    base = _square_base(subject)
     case = subject.case.of(transforms.with_sensor, width=int(width), height=1, fov_axis="x")
     image = subject.draw(case).mean(axis=(0, 1))
     middle = base.shape[0] // 2
     rows = base[middle - STRIP_ROWS : middle + STRIP_ROWS].mean(axis=1)
     beyond = float(np.maximum(rows.min(axis=0) - image, image - rows.max(axis=0)).max())
-    return max(0.0, beyond) / abs(float(base.mean()))
+    return max(0.0, beyond) / float(np.abs(base).mean())

@@ -1,5 +1,6 @@
 """Techniques under stress: each on one small scene, held against laws that its images must keep."""
 
+import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 
@@ -7,6 +8,7 @@ from comparisons.parity import checks_of
 from comparisons.stress.laws import Case, Subject
 from comparisons.stress.result import Outcome, Trial
 from comparisons.stress.stresses import STRESSES, Stress
+from realtime.own import file_of
 from realtime.techniques import MODULES, OWN, technique
 from reference.quantities import quantity
 from scenes.errors import InputError, MachineError
@@ -131,8 +133,10 @@ def outcome(subject: Subject, name: str, stress: Stress, at: float | None = None
 
 
 def command(subject: str, stress: str, magnitude: float) -> str:
-    """What shows a failure again."""
-    return f"lightgauge stress {subject} --stress {stress} --at {magnitude:g}"
+    """What shows a failure again; a technique of the user's own comes with its file."""
+    path = file_of(subject)
+    own = f" --technique {shlex.quote(str(path))}" if path else ""
+    return f"lightgauge stress {subject} --stress {stress} --at {magnitude:g}{own}"
 
 
 def _trial(subject: Subject, stress: Stress, magnitude: float) -> Trial:

@@ -17,11 +17,13 @@ from reference.quantities import quantity
 from reference.quantities.radiance import indirect_block
 from reference.quantity import BlockRender, Integrator
 from reference.stage import Stage, build_stage
+from reference.start import CHOICE
 from reference.store import Store
 from scenes.digest import digest_of
-from scenes.errors import RenderError
+from scenes.errors import InputError, RenderError
 from scenes.geometry import geometry_of
 from scenes.image import Float64
+from scenes.load import find_scene, load_scene
 from scenes.model import Scene
 
 MakeScene = Callable[..., Scene]
@@ -378,3 +380,31 @@ def test_blocks_beyond_the_memory_for_them_are_read_again(
     first, again = looked.truth(INDIRECT, 64), looked.truth(INDIRECT, 64)
     np.testing.assert_array_equal(first.accumulators, again.accumulators)
     assert looked._blocks == {}
+
+
+@pytest.mark.parametrize(
+    ("scene", "quantity", "is_refused"),
+    [
+        ("skin-sphere", "thickness", True),
+        ("shadow-room-5cm", "visibility", True),
+        ("shadow-room", "visibility", False),
+        ("skin-sphere", "transmitted_radiance", False),
+    ],
+)
+def test_rays_through_two_scenes_are_refused_on_cuda(
+    scene: str, quantity: str, is_refused: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where they are allowed, the next thing to happen would be rendering."""
+
+    class NotHereError(Exception):
+        pass
+
+    def render(self: Any, *given: Any) -> None:
+        raise NotHereError
+
+    monkeypatch.setenv(CHOICE, "cuda_ad_rgb")
+    monkeypatch.setattr(studio.Studio, "exact", render)
+    monkeypatch.setattr(studio.Studio, "launch", render)
+    reference = Reference(load_scene(find_scene(scene)), Store(tmp_path), lambda what, part: None)
+    with pytest.raises(InputError if is_refused else NotHereError, match="two scenes" if is_refused else None):
+        reference.truth(quantity, 16)

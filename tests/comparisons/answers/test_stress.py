@@ -1,6 +1,7 @@
 """`lightgauge stress` as a user sees it: a table, what is new about it, files, an exit status."""
 
 import json
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -124,3 +125,15 @@ def test_one_magnitude_alone_shows_a_failure_again(lightgauge: Run) -> None:
     assert found["first_failing"] == 10
     assert ran.status == 0, "it is documented"
     assert found["why"]
+
+
+@pytest.mark.usefixtures("here", "gl", "techniques_forgotten")
+def test_a_failure_of_ones_own_technique_is_shown_again_by_its_command(lightgauge: Run) -> None:
+    """You should see the same first failure when the command is run that the first run gave."""
+    file = Path(__file__).parents[3] / "docs" / "examples" / "ambient_cube.py"
+    lightgauge("stress", "--technique", str(file), "--stress", "rotation")
+    (first,) = json.loads(Path("stress/stress.json").read_text("utf-8"))["outcomes"]
+    ran = lightgauge(*shlex.split(first["reproduce"])[1:], "-o", "again")
+    (again,) = json.loads(Path("again/stress.json").read_text("utf-8"))["outcomes"]
+    assert (ran.status, again["first_failing"]) == (1, first["first_failing"])
+    assert again["trials"] == first["trials"]

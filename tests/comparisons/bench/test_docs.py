@@ -1,5 +1,6 @@
-"""docs/bench.md: its commands are understood, and its full-screen eye is one."""
+"""docs/bench.md: its commands are understood, its full-screen eye is one, its plots show its numbers."""
 
+import json
 import re
 import shlex
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from comparisons.cli import _parser
+from comparisons.report.bench_page import write_bench_page
 from realtime.render import Renderer
 from realtime.techniques import technique
 from scenes.load import load_scene
@@ -45,3 +47,12 @@ def test_the_branch_changes_no_pixel(gl: Any) -> None:
         for branching in (True, False)
     )
     assert np.allclose(with_it, without, rtol=1e-4)
+
+
+def test_the_measured_plots_are_those_of_the_measured_numbers(tmp_path: Path) -> None:
+    measured = DOCS / "results" / "nvidia-h200"
+    write_bench_page(tmp_path, json.loads((measured / "bench.json").read_text(encoding="utf-8")))
+    shown = re.findall(r"results/nvidia-h200/(plots/\S+\.svg)", TEXT)
+    assert len(shown) == len(list((measured / "plots").iterdir())) > 0
+    for plot in shown:
+        assert (measured / plot).read_bytes() == (tmp_path / plot).read_bytes()
