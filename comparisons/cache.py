@@ -1,8 +1,8 @@
 """Finished checks, kept beside the truth: found again as long as nothing that they depend on has changed.
 
-A check depends on what the scene says, on the truth, and on code: that which draws its technique, shaders included, and
-that which judges by its metrics. Nothing else of this project counts, so that a changed shader runs the checks of the
-techniques that use it and no others.
+A check depends on what the scene says, on the truth, on the versions of libraries, and on code: that which draws its
+technique, shaders included, and that which judges by its metrics. Nothing else of this project counts, so that a
+changed shader runs the checks of the techniques that use it and no others.
 """
 
 import json
@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from comparisons.code import judging_code
+from comparisons.code import judging_code, library_versions
 from comparisons.result import CheckResult
 from realtime.code import drawing_code
 from realtime.context import environment_choice
@@ -94,6 +94,7 @@ def check_parts(check: Check, max_spp: int, truth_key: str) -> dict[str, Any]:
         "own_technique": source_digest(check.technique),
         "drawing": drawing_code(check.technique),
         "judging": judging_code(tuple(sorted({criterion.metric for criterion in check.criteria}))),
+        "libraries": library_versions(),
         "max_spp": max_spp,
         "truth": truth_key,
     }

@@ -1,5 +1,6 @@
 """The code that a verdict depends on, besides what draws the image: `realtime.code` has that."""
 
+import importlib.metadata
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
@@ -12,6 +13,9 @@ from scenes.digest import PACKAGES_FOLDER, code_digest, digest_of, used_by
 PACKAGES = ("comparisons", "reference", "scenes")
 REGISTRIES = ("comparisons.metrics", "reference.quantities")
 JUDGE = "comparisons.judgement"
+
+LIBRARIES = ("numpy", "scipy", "scikit-image", "colour-science", "flip-evaluator", "moderngl", "trimesh")
+"""Distributions that draw, measure and judge; what renders the truth counts with that."""
 
 RENDERING_PACKAGES = ("scenes", "realtime", "reference")
 
@@ -34,6 +38,12 @@ def modules_of(metrics: Iterable[str]) -> frozenset[Path]:
     """The Python files that judge a drawn image by some metrics."""
     measuring = (metric_named(name).function.__module__ for name in metrics)
     return used_by((JUDGE, *measuring), PACKAGES, REGISTRIES)
+
+
+@cache
+def library_versions() -> dict[str, str]:
+    """The versions of `LIBRARIES`, without importing them."""
+    return {name: importlib.metadata.version(name) for name in LIBRARIES}
 
 
 @cache

@@ -21,8 +21,9 @@ OFF_AXIS = 1 / 8
 def near_plane(boxes: Iterable[Box], place: Float64, radius: float) -> float:
     """Planar depth before which nothing is drawn around a place, in a scene of this radius whose meshes fill `boxes`.
 
-    It is OF_SIZE of the radius, so that depth is fine where most is seen; but nothing is cut away whose box does not
-    hold the place, so that one thing far off, which makes the radius large, does not make all else vanish.
+    It is OF_SIZE of the radius, so that depth is fine where most is seen; but nothing is cut away that is farther from
+    the place than OF_SIZE of its own box's radius, so that one thing far off, which makes the scene's radius large,
+    does not make all else vanish.
     """
     return min([OF_SIZE * radius, *(_closest(box, place) for box in boxes)])
 

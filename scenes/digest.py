@@ -51,6 +51,12 @@ def code_digest(*paths: Path) -> str:
     return digest_of(*[_of_code(path)["code"] for path in paths])
 
 
+def imports_of(path: Path) -> list[str]:
+    """The modules that a Python file imports, wherever in it, and whatever it imports from them."""
+    names: list[str] = _of_code(path)["imports"]
+    return names
+
+
 def names_in(path: Path) -> list[str]:
     """Whatever a Python file says that could be the name of a file; `*` stands for what is filled in later."""
     names: list[str] = _of_code(path)["names"]
@@ -101,7 +107,7 @@ def _module(name: str) -> tuple[Path | None, list[str]]:
     """The file of a module and what it imports; no file if there is no such module."""
     place = PACKAGES_FOLDER.joinpath(*name.split("."))
     file = next((f for f in (place.with_suffix(".py"), place / "__init__.py") if f.exists()), None)
-    return file, _of_code(file)["imports"] if file else []
+    return file, imports_of(file) if file else []
 
 
 @cache
@@ -117,7 +123,7 @@ def with_imports(path: Path) -> frozenset[Path]:
         module = waiting.pop()
         if module not in found:
             found.add(module)
-            names = _of_code(module)["imports"]
+            names = imports_of(module)
             files = (package.parent.joinpath(*name.split(".")).with_suffix(".py") for name in names)
             waiting += [file for file in files if file.is_relative_to(package) and file.exists()]
     return frozenset(found)

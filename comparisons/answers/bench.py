@@ -45,6 +45,7 @@ def run_bench(asked: Asked, folder: Path, store: Store, step: Step, say: Say) ->
     kept = Partial(folder / PARTIAL)
     done: list[Result] = []
     skipped: list[dict[str, str]] = []
+    before = 0
     for number, part in enumerate(parts):
         result = kept.found(part.key, part.kind)
         if result is None:
@@ -59,11 +60,12 @@ def run_bench(asked: Asked, folder: Path, store: Store, step: Step, say: Say) ->
             kept.keep(part.key, result)
             say(f"[{number + 1}/{len(parts)}] {part.name}: {_counted(result)}")
         else:
+            before += 1
             say(f"[{number + 1}/{len(parts)}] {part.name}: {_counted(result)}, measured before")
         done.append(result)
     if not done:
         raise MachineError(f"Nothing could be measured. {skipped[0]['what']}: {skipped[0]['why']}")
-    bench = _bench(environment, started, done, skipped)
+    bench = _bench(environment, started, done, skipped, before)
     content = bench.to_json()
     write_text(folder / FILE_NAME, json.dumps(content, indent=1, allow_nan=False))
     write_bench_page(folder, content)
@@ -76,9 +78,9 @@ def _step_of_all(step: Step, number: int, count: int, what: str, fraction: float
 
 
 def _bench(
-    environment: dict[str, Any], started: str, done: Sequence[Result], skipped: Sequence[dict[str, str]]
+    environment: dict[str, Any], started: str, done: Sequence[Result], skipped: Sequence[dict[str, str]], before: int
 ) -> Bench:
-    """Everything that was measured, and what it says in words."""
+    """Everything that was measured, and what it says in words; `before` parts come from a run that was broken off."""
     measured = [one for one in done if isinstance(one, Measured)]
     scaled = [one for one in done if isinstance(one, Scaled)]
     points = tuple(point for one in measured for point in one.points)
@@ -86,8 +88,14 @@ def _bench(
     slopes = tuple(slope for one in measured for slope in one.slopes)
     renderer = renderer_name(make_context())
     found = environment | {"gl_renderer": renderer}
+    doubtful = list(doubts(found, is_software(renderer)))
+    if before:
+        doubtful.append(
+            f"{before} of {len(done)} parts were measured by a run that was broken off: start and load average are "
+            "those of the run that went on."
+        )
     return Bench(
-        environment=found | {"doubts": list(doubts(found, is_software(renderer)))},
+        environment=found | {"doubts": doubtful},
         started=started,
         points=points,
         traced=traced,

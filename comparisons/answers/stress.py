@@ -16,7 +16,7 @@ from comparisons.stress.limits import Standing, is_broken, standing, with_limit
 from comparisons.stress.result import FILE_NAME, SCHEMA, Outcome
 from comparisons.stress.tables import table_lines, tables
 from reference.store import write_text
-from scenes.errors import unknown_name
+from scenes.errors import InputError, unknown_name
 
 MODULES = ("techniques", "intermediates", "functions")
 """Of comparisons.stress: what there is to be stressed."""
@@ -44,17 +44,43 @@ def chosen(subjects: Sequence[str], stresses: Sequence[str], at: float | None) -
     Raises
     ------
     InputError
-        A name or a pattern means nothing.
+        A name or a pattern means nothing, the subject of one cannot be put under the stress of the other, or `at` lies
+        beyond a stress's range.
     """
     modules = [importlib.import_module(f"comparisons.stress.{name}") for name in MODULES]
     known = {module: (module.subjects(), list(module.STRESSES)) for module in modules}
     _require_known("technique or function", subjects, [name for names, _ in known.values() for name in names])
     _require_known("stress", stresses, [name for _, names in known.values() for name in names])
-    parts = [
+    made = [
         Part(module, tuple(_named(subjects, there)), tuple(_named(stresses, done)), at)
         for module, (there, done) in known.items()
     ]
-    return tuple(part for part in parts if part.subjects and part.stresses)
+    parts = tuple(part for part in made if part.subjects and part.stresses)
+    _require_used(subjects, [name for part in parts for name in part.subjects], "is under none of these stresses")
+    _require_used(stresses, [name for part in parts for name in part.stresses], "is for none of these subjects")
+    if at is not None:
+        for part in parts:
+            _require_in_range(part, at)
+    return parts
+
+
+def _require_used(asked: Sequence[str], used: Sequence[str], what: str) -> None:
+    for name in asked:
+        if not _named([name], used):
+            raise InputError(
+                f"'{name}' {what}: shader functions, named FILE:FUNCTION, have stresses of their own "
+                "(fp16, fp32, extremes, random); all others but fp16 are for techniques."
+            )
+
+
+def _require_in_range(part: Part, at: float) -> None:
+    for stress in part.stresses:
+        ladder = part.module.magnitudes(stress)
+        if not min(ladder) <= at <= max(ladder):
+            raise InputError(
+                f"--at {at:g} is no magnitude of {stress}, which goes from {ladder[0]:g} to {ladder[-1]:g}. "
+                "Give one in between, and name the stress that it is for with --stress."
+            )
 
 
 def _require_known(kind: str, asked: Sequence[str], known: Sequence[str]) -> None:
@@ -113,6 +139,7 @@ def stress_lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
         yield from table_lines(table)
         yield ""
     yield "-: holds to the end of its range   a number: the first magnitude that fails   n/a: cannot be put under it"
+    yield "(a number): holds to there, and is refused with an explanation further on"
     yield "*: not documented, or earlier than is documented   +: holds further than is documented"
     for outcome in outcomes:
         yield from _news(outcome)
@@ -137,4 +164,4 @@ def _news(outcome: Outcome) -> Iterator[str]:
 def found_at_last(outcome: Outcome) -> str:
     """What the last trial found, in words."""
     last = next((t for t in outcome.trials if t.magnitude == outcome.first_failing), outcome.trials[-1])
-    return last.fault if last.error is None else f"{last.error:.2g} {outcome.unit}; {outcome.tolerance:g} is allowed"
+    return last.fault or f"{last.error:.2g} {outcome.unit}; {outcome.tolerance:g} is allowed"

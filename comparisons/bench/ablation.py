@@ -16,9 +16,9 @@ import numpy as np
 from comparisons.bench.interleave import Task, interleave
 from comparisons.bench.points import ALPHA, Judge
 from comparisons.bench.result import Ablation, Interval
+from comparisons.bench.sweep import error_metric
 from comparisons.gate import fit_exposure
 from comparisons.metrics import Estimate, Samples, evaluate
-from comparisons.runner import fault_of
 from comparisons.statistics import student_quantile
 from realtime.graph import Pass, plan
 from realtime.render import Renderer
@@ -95,7 +95,7 @@ def _spelt(value: SettingValue | None) -> str:
 def ablations(
     scene: Scene, check: Check, store: Store, step: Step, skip: Skip = lambda what, why: None
 ) -> Iterator[Ablation]:
-    """The parts of a check's technique left out in turn, judged by the metric of its first criterion.
+    """The parts of a check's technique left out in turn, judged by the metric of its first criterion that is no bias.
 
     A part without which no image comes about, or none that can be judged, goes to `skip`.
 
@@ -106,7 +106,7 @@ def ablations(
     LightgaugeError
         The technique does not draw the scene as it is, or there is no truth to judge by.
     """
-    used, metric = technique(check.technique), check.criteria[0].metric
+    used, metric = technique(check.technique), error_metric([check])
     judge = Judge(Reference(scene, store, step), check.quantity, metric)
     renderer = Renderer(scene)
     parts = parts_of(used, scene, check.settings)
@@ -124,7 +124,7 @@ def ablations(
         except LightgaugeError as error:
             skip(f"{name} without {part.name}", f"needed: {error}")
         except Exception as error:  # noqa: BLE001  # shaders and passes may fail in any way without what they expect
-            skip(f"{name} without {part.name}", f"needed: {fault_of(error)}")
+            skip(f"{name} without {part.name}", f"needed: {_fault(error)}")
         else:
             seconds_with, seconds_without = _seconds(whole, less)
             yield Ablation(
@@ -141,6 +141,13 @@ def ablations(
                 seconds_with=seconds_with,
                 seconds_without=seconds_without,
             )
+
+
+def _fault(error: Exception) -> str:
+    """What went wrong without a part, for readers who do not know the code."""
+    if isinstance(error, KeyError):
+        return f"a later pass finds no {error} without it."
+    return f"drawing fails without it ({type(error).__name__}: {error})."
 
 
 class _Errors:

@@ -1,5 +1,6 @@
 """What the command line asks a benchmark for, as parts of work."""
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -42,10 +43,10 @@ def parts_of(asked: Asked) -> list[Part]:
     InputError
         An effect, a scene or the size is none, or no technique is left.
     """
-    if asked.pace.frames < 1 or not asked.pace.seconds > 0:
+    if asked.pace.frames < 1 or not 0 < asked.pace.seconds < math.inf:
         raise InputError(
             f"--frames is {asked.pace.frames} and --seconds-per-point is {asked.pace.seconds:g}; allowed are at least "
-            "1 frame and more than 0 seconds."
+            "1 frame and more than 0 seconds, but not infinitely many."
         )
     size = _size(asked.size)
     keep = keep_of(asked.keep)
@@ -57,9 +58,10 @@ def parts_of(asked: Asked) -> list[Part]:
         for part in _parts(asked, effect, request, size, keep)
     ]
     if not parts:
+        meant = f"matches '{asked.keep}'" if asked.keep else "is judged there"
         raise InputError(
             f"There is nothing to measure: no technique of {', '.join(map(spelt, effects))} on "
-            f"{', '.join(asked.scenes) or 'the scenes that stand for that'} matches '{asked.keep}'. `lightgauge list` "
+            f"{', '.join(asked.scenes) or 'the scenes that stand for that'} {meant}. `lightgauge list` "
             "names the techniques, `lightgauge explain SCENE` says which quantities a scene judges."
         )
     return parts
@@ -92,5 +94,8 @@ def _size(text: str) -> tuple[int, int] | None:
     found = re.fullmatch(r"(\d+)x(\d+)", text.strip())
     size = (int(found[1]), int(found[2])) if found else (0, 0)
     if not all(1 <= side <= LARGEST for side in size):
-        raise InputError(f"--size is '{text}'; allowed is a width and a height in pixels, such as 1280x1024.")
+        raise InputError(
+            f"--size is '{text}'; allowed is a width and a height in pixels, such as 1280x1024, "
+            f"each from 1 to {LARGEST}."
+        )
     return size

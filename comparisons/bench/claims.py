@@ -91,14 +91,26 @@ def _against(point: Point, traced: Sequence[Traced], slope: Slope | None) -> str
 def time_needed(error: Interval, traced: Sequence[Traced], slope: Slope | None) -> Interval:
     """Seconds that the path tracer needs for an error less than that of its first image, `traced` by rising spp.
 
-    The interval is that of the time for the greatest error in its interval, at its quickest, to that for the least one,
-    at its slowest: infinite if that is 0.
+    The interval is that of the time for the greatest error in its interval, by a path tracer at its quickest and best,
+    to that for the least one, at its slowest and worst: infinite if that is 0, or if no samples may suffice.
     """
-    quickest = [replace(t, seconds=replace(t.seconds, value=t.seconds.low)) for t in traced]
-    slowest = [replace(t, seconds=replace(t.seconds, value=t.seconds.high)) for t in traced]
-    most = min(error.high, traced[0].error.value)
-    high = needed_for(error.low, slowest, slope).seconds if error.low > 0 else math.inf
-    return Interval(needed_for(error.value, traced, slope).seconds, needed_for(most, quickest, slope).seconds, high)
+    quickest = [replace(t, seconds=_only(t.seconds.low), error=_only(t.error.low or t.error.value)) for t in traced]
+    slowest = [replace(t, seconds=_only(t.seconds.high), error=_only(t.error.high)) for t in traced]
+    steep, flat = slope, slope
+    if slope is not None:
+        steep = replace(slope, exponent=_only(slope.exponent.low))
+        flat = replace(slope, exponent=_only(slope.exponent.high))
+    low = needed_for(min(error.high, quickest[0].error.value), quickest, steep).seconds
+    high = math.inf
+    if error.low > 0:
+        worst = needed_for(min(error.low, slowest[0].error.value), slowest, flat)
+        if worst.is_measured or flat is None or flat.exponent.value < 0:
+            high = worst.seconds
+    return Interval(needed_for(error.value, traced, slope).seconds, low, high)
+
+
+def _only(value: float) -> Interval:
+    return Interval(value, value, value)
 
 
 def _ratio_in_words(rival: Interval, own: Interval, aside: str = "") -> str:

@@ -34,7 +34,7 @@ PATIENCE = 6.0
 class Task(Generic[T]):
     """Something to time: `run` does it once, `seconds_of` reads from what it returns how long that took.
 
-    It is run `most` times at most.
+    It is run `most` times at most in each turn; samples of earlier turns count for the median alone.
     """
 
     name: str
@@ -43,6 +43,7 @@ class Task(Generic[T]):
     most: int
     samples: list[T] = field(default_factory=list)
     spent: float = 0.0
+    before: int = 0
 
     def once(self) -> float:
         """Run it and keep what it returns; returns the seconds that passed."""
@@ -52,13 +53,17 @@ class Task(Generic[T]):
         self.spent += passed
         return passed
 
+    def again(self) -> None:
+        """Begin another turn: what came before does not make it done."""
+        self.before, self.spent = len(self.samples), 0.0
+
     @property
     def seconds(self) -> list[float]:
         return [self.seconds_of(sample) for sample in self.samples]
 
     def is_done(self, limit: float) -> bool:
         """Whether another round would be of no use, or take more than `limit` seconds in all."""
-        count = len(self.samples)
+        count = len(self.samples) - self.before
         if count >= self.most or self.spent >= PATIENCE * limit:
             return True
         if self.spent >= limit:

@@ -50,3 +50,9 @@ def doubts(environment: dict[str, Any], is_software: bool) -> Iterator[str]:
             f"A GPU ran {gpu}, the processor {cpu}: ratios of their times compare two machines. "
             "LIGHTGAUGE_VARIANT=cuda_ad_rgb has an NVIDIA GPU trace paths."
         )
+    if not is_software:
+        yield (
+            "Frames are timed by the GPU's queries, path tracing by the wall clock: what the processor does counts for "
+            "the path tracer alone, which flatters techniques that keep it busy. bench.json has frames by the wall "
+            "clock too (wall_seconds)."
+        )

@@ -109,7 +109,7 @@ class _Bench:
             ready += self._ready(left.pop(0))
         tasks: list[Task[Any]] = [*(one.task for one in ready), *shots]
         for shot in shots:
-            shot.spent = 0.0
+            shot.again()
         interleave(tasks, self.pace.seconds, self.step, self.rng)
         self.found.points += [self._point(one) for one in ready]
         return left

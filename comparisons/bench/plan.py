@@ -10,8 +10,8 @@ from comparisons.bench.machine import cpu_model
 from comparisons.bench.measure import Measured, Pace, measured
 from comparisons.bench.result import Ablation, Scaling
 from comparisons.bench.sizes import AXES
-from comparisons.bench.sweep import Batch
-from comparisons.code import judging_code
+from comparisons.bench.sweep import Batch, error_metric
+from comparisons.code import judging_code, library_versions
 from comparisons.suite import require_parity
 from realtime.code import drawing_code
 from realtime.context import environment_choice
@@ -98,8 +98,7 @@ def ablation_part(scene: Scene, check: Check) -> Part:
         found.ablations = list(ablations(scene, check, store, step, partial(_left_out, found.skipped, "ablation of")))
         return found
 
-    metrics = sorted({criterion.metric for criterion in check.criteria})
-    key = _key(scene, check.quantity, [check.technique], metrics, "ablation", check)
+    key = _key(scene, check.quantity, [check.technique], [error_metric([check])], "ablation", check)
     return Part(f"{scene.name}, {check.technique}: ablation", key, Ablated, run)
 
 
@@ -110,8 +109,8 @@ def _left_out(skipped: list[dict[str, str]], of: str, what: str, why: str) -> No
 def _key(scene: Scene, quantity: str, used: list[str], metrics: list[str], *about: Any) -> str:
     """What a result depends on: scene and truth, all code that draws and judges, the machine, and what is asked."""
     here = Path(__file__).parent
-    code = [code_digest(*sorted(here.glob("*.py"))), judging_code(tuple(metrics))]
+    code = [code_digest(*sorted(here.glob("*.py"))), judging_code(tuple(metrics)), library_versions()]
     drawn = [(name, drawing_code(name), source_digest(name)) for name in used]
     place = [environment_choice(), cpu_model()]
-    asked = [repr(one) for one in about]
+    asked = [scene.name, *(repr(one) for one in about)]
     return digest_of(truth_parts(scene, quantity), scene.truth.max_spp, code, drawn, place, asked)

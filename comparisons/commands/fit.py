@@ -5,6 +5,7 @@ import warnings
 from pathlib import Path
 
 from comparisons.options import Commands, Say, add_store, add_techniques, say_all
+from scenes.errors import InputError
 
 
 def register(commands: Commands) -> None:
@@ -39,7 +40,10 @@ def register(commands: Commands) -> None:
     fit.add_argument("--metric", metavar="METRIC", default="nrmse", help="nrmse (default) or rel_mse_eps1e-2")
     fit.add_argument("--spp", metavar="N", type=int, default=256, help="truth of at least N samples a pixel; 256")
     fit.add_argument(
-        "--evaluations", metavar="N", type=int, help="settings to try at most; default: 40 for each parameter"
+        "--evaluations",
+        metavar="N",
+        type=int,
+        help="settings after which the search ends, but for a first look around; default: 40 for each parameter",
     )
     fit.add_argument(
         "-o", dest="file", metavar="FILE", type=Path, default=Path("fit.json"), help="the result; default: fit.json"
@@ -55,6 +59,8 @@ def fit_constants(options: argparse.Namespace, say: Say) -> int:
     from comparisons.progress import steps
     from reference.store import Store
 
+    if options.file.is_dir():
+        raise InputError(f"'{options.file}' is a folder. Name a file with -o, such as {options.file / 'fit.json'}.")
     load_techniques(options.techniques)
     require_writable(options.store, "store", "--store")
     require_writable(options.file.parent, "folder", "-o")

@@ -13,7 +13,7 @@ def register(commands: Commands) -> None:
         "put techniques and shader functions under stress: where does each break?",
         "lightgauge stress                                   everything, table in ./stress",
         "lightgauge stress 'indirect.*' --stress rotation    some techniques under one stress",
-        "lightgauge stress shadow.soft --stress offset --at 1e5    one magnitude alone: a failure again",
+        "lightgauge stress shadow.soft --stress rotation --at 90    one magnitude alone: a failure again",
         "lightgauge stress --technique mine.frag             a technique of your own",
         "lightgauge stress lib/fresnel.glsl:F_talk --input '{\"cos_i\": 0.5}'    a function step by step",
     )
@@ -31,8 +31,14 @@ def register(commands: Commands) -> None:
         default=[],
         help="put under this stress alone, such as offset or 'scale-*'; repeatable",
     )
-    stress.add_argument("--at", metavar="MAGNITUDE", type=float, help="try this magnitude alone")
-    stress.add_argument("--input", metavar="JSON", help="run one function on this input, and show every step of it")
+    stress.add_argument(
+        "--at", metavar="MAGNITUDE", type=float, help="try this magnitude alone, within the range of the stress"
+    )
+    stress.add_argument(
+        "--input",
+        metavar="JSON",
+        help="run one function on this input, and show every step; --stress fp16: judge half precision",
+    )
     add_techniques(stress)
     stress.add_argument(
         "-o", dest="folder", metavar="FOLDER", type=Path, default=Path("stress"), help="default: stress"
@@ -43,7 +49,7 @@ def find_breaks(options: argparse.Namespace, say: Say) -> int:
     if options.input is not None:
         from comparisons.answers.shader_function import run_function
 
-        lines, status = run_function(options.subjects, options.input)
+        lines, status = run_function(options.subjects, options.stresses, options.input)
         say_all(say, lines)
         return status
 

@@ -79,15 +79,20 @@ def element(base: Value, index: Array) -> Value:
 def with_element(base: Value, index: Array, value: Value) -> Value:
     """`base` with one element replaced."""
     if isinstance(base, list):
-        return [select(index == k, value, item) for k, item in enumerate(base)]
+        return [select(index == k, _as(item, value), item) for k, item in enumerate(base)]
     columns = [select(index == k, cast(value, base.dtype.type), base[:, k]) for k in range(base.shape[1])]
     return np.stack(np.broadcast_arrays(*columns), axis=1)
+
+
+def _as(old: Value, value: Value) -> Value:
+    """What takes the place of `old`, in its type."""
+    return cast(value, old.dtype.type) if isinstance(value, np.ndarray) else value
 
 
 def with_field(base: Value, name: str, value: Value) -> Value:
     """`base` with a field of a struct or components of a vector replaced."""
     if isinstance(base, dict):
-        return {**base, name: value}
+        return {**base, name: _as(base[name], value)}
     width = max(len(base), len(value))
     made = np.broadcast_to(base, (width, base.shape[1])).copy()
     for k, letter in enumerate(name):

@@ -66,9 +66,12 @@ def write_report(folder: Path, results: Mapping[str, Any], history: "History | N
             path = folder / name
             if not made_of or written.get(name) != [made_of, _digest(path)]:
                 path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_text(text_of(), encoding="utf-8")
-            if made_of:
-                files[name] = made_of, _digest(path)
+                content = text_of().encode()
+                path.write_bytes(content)
+                if made_of:
+                    files[name] = made_of, hashlib.sha256(content).hexdigest()
+            else:
+                files[name] = written[name][0], written[name][1]
         (folder / WRITTEN).write_text(json.dumps(files, indent=0), encoding="utf-8")
     except OSError as error:
         raise InputError(

@@ -39,12 +39,13 @@ SURFEL = {
 }
 
 
-def _index(below: str) -> Kind:
+def _index(below: str, power: int = 1) -> Kind:
+    """A place in a list that is as long as a power of an input."""
     return Kind(
-        lambda rng, count, reach, made: rng.integers(0, made[below]),
-        lambda rng, count, made: np.where(rng.random(count) < 0.5, 0, made[below] - 1),
+        lambda rng, count, reach, made: rng.integers(0, made[below] ** power),
+        lambda rng, count, made: np.where(rng.random(count) < 0.5, 0, made[below] ** power - 1),
         lambda value, made: [np.array([0])],
-        lambda value, made: bool(value[0] < made[below][0]),
+        lambda value, made: bool(value[0] < made[below][0] ** power),
     )
 
 
@@ -297,7 +298,7 @@ DOMAINS: dict[str, Domain] = {
             "per_side": whole(1, 16),
             "box_low": draw.vector(*3 * [number(-10.0, -0.1)]),
             "box_high": draw.vector(*3 * [number(0.1, 10.0)]),
-            "probe": whole(0, 0),
+            "probe": _index("per_side", 3),
         },
     ),
     "indirect_grid/seen_from.glsl:triangle_solid_angle": Domain(

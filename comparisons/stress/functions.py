@@ -28,6 +28,16 @@ STRESSES: dict[str, str] = {
     "random": "single precision, on random inputs from so many times further out than in use",
 }
 """What is done to functions; what the magnitude is stands at the end."""
+MAGNITUDES: dict[str, Sequence[float]] = {
+    **dict.fromkeys(PRECISIONS, QUANTILES),
+    "extremes": EXTREMES,
+    "random": REACHES,
+}
+
+
+def magnitudes(stress: str) -> Sequence[float]:
+    """Those of a stress, from mild to harsh."""
+    return MAGNITUDES[stress]
 
 
 def subjects() -> list[str]:
@@ -57,10 +67,8 @@ def outcomes(
 
 def outcome(of: Subject, stress: str, at: float | None = None) -> Outcome:
     """A function under one stress."""
-    if stress in PRECISIONS:
-        return _in_use(of, stress, QUANTILES if at is None else (at,))
-    magnitudes: Sequence[float] = EXTREMES if stress == "extremes" else REACHES
-    return _further_out(of, stress, magnitudes if at is None else (at,))
+    make = _in_use if stress in PRECISIONS else _further_out
+    return make(of, stress, magnitudes(stress) if at is None else (at,))
 
 
 def _in_use(of: Subject, stress: str, quantiles: Sequence[float]) -> Outcome:
@@ -104,7 +112,8 @@ def _outcome(
     reproduce = ""
     if failing:
         example = _example(of, inputs, found, PRECISIONS.get(stress, np.float32), stress in PRECISIONS)
-        reproduce = f"lightgauge stress {of.name} --input '{json.dumps(to_json(used(of, example)))}'"
+        only = f" --stress {stress}" if stress in PRECISIONS else ""
+        reproduce = f"lightgauge stress {of.name}{only} --input '{json.dumps(to_json(used(of, example)))}'"
     return Outcome(
         of.name,
         stress,

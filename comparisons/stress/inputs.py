@@ -204,7 +204,7 @@ def struct(**fields: Kind) -> Kind:
         return candidates
 
     def meant(value: Value) -> Value:
-        return {name: kind.meant(value[name]) for name, kind in fields.items()}
+        return {name: fields[name].meant(part) for name, part in value.items()}
 
     return Kind(draw, extremes, simple, meant=meant)
 

@@ -19,13 +19,18 @@ from realtime.render import Renderer
 from scenes.errors import InputError, LightgaugeError, RenderError
 from scenes.image import Float64
 
-__all__ = ["STRESSES", "outcomes", "subjects"]
+__all__ = ["STRESSES", "magnitudes", "outcomes", "subjects"]
 
 BY_STRESSES = 4
 SHOWN = 3
 """Places that a fault names, of all that are bad."""
 
 NONE_ALLOWED = Tolerance(0.0, "expressions that are not finite", "what hides them may be moved, or optimised away")
+
+
+def magnitudes(stress: str) -> Sequence[float]:
+    """Those of a stress, from mild to harsh."""
+    return STRESSES[stress].magnitudes
 
 
 def outcomes(

@@ -53,15 +53,14 @@ def standing(outcome: Outcome) -> Standing:
     """How an outcome stands to its documented limit."""
     if outcome.unfit and not outcome.trials:
         return Standing.UNFIT
+    passed = [trial.magnitude for trial in outcome.trials if trial.magnitude != outcome.first_failing]
+    if outcome.limit in passed:
+        return Standing.STALE
+    if outcome.first_failing is None:
+        return Standing.HOLDS
     sign = 1 if outcome.is_rising else -1
-    if outcome.first_failing is not None:
-        is_known = outcome.limit is not None and sign * outcome.first_failing >= sign * outcome.limit
-        passed = [trial.magnitude for trial in outcome.trials if trial.magnitude != outcome.first_failing]
-        if is_known and outcome.limit in passed:
-            return Standing.STALE
-        return Standing.KNOWN if is_known else Standing.BROKEN
-    reached = outcome.limit is not None and any(sign * t.magnitude >= sign * outcome.limit for t in outcome.trials)
-    return Standing.STALE if reached else Standing.HOLDS
+    is_known = outcome.limit is not None and sign * outcome.first_failing >= sign * outcome.limit
+    return Standing.KNOWN if is_known else Standing.BROKEN
 
 
 def is_broken(outcomes: Iterable[Outcome]) -> bool:

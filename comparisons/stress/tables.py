@@ -15,7 +15,9 @@ def cell(outcome: Outcome) -> str:
     mark = {Standing.BROKEN: "*", Standing.STALE: "+"}.get(standing(outcome), "")
     if outcome.unfit and not outcome.trials:
         return "n/a"
-    return ("-" if outcome.first_failing is None else f"{outcome.first_failing:g}") + mark
+    if outcome.first_failing is not None:
+        return f"{outcome.first_failing:g}{mark}"
+    return (f"({outcome.trials[-1].magnitude:g})" if outcome.unfit else "-") + mark
 
 
 @dataclass(frozen=True)

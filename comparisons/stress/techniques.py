@@ -29,6 +29,11 @@ def subjects() -> list[str]:
     return [*MODULES, *OWN]
 
 
+def magnitudes(stress: str) -> Sequence[float]:
+    """Those of a stress, from mild to harsh."""
+    return STRESSES[stress].magnitudes
+
+
 def outcomes(
     subjects: Sequence[str], step: Step, stresses: Iterable[str] = STRESSES, at: float | None = None
 ) -> Iterator[Outcome]:

@@ -9,6 +9,7 @@ import pytest
 
 from comparisons import cache as cache_module
 from comparisons.cache import CheckCache, check_parts
+from comparisons.code import library_versions
 from comparisons.parity import checks_of
 from comparisons.result import CheckResult
 from reference.store import Store
@@ -214,6 +215,13 @@ def test_a_result_depends_on_the_graphics_driver_that_is_chosen(scene: Scene, mo
     assert cache.read(scene, scene.checks[0]) is not None
     monkeypatch.setenv("GLCONTEXT_DEVICE_INDEX", "3")
     assert cache.read(scene, scene.checks[0]) is None
+
+
+def test_a_result_depends_on_the_versions_of_libraries(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    versions = library_versions()
+    assert "flip-evaluator" in versions
+    monkeypatch.setattr(cache_module, "library_versions", lambda: versions | {"flip-evaluator": "0"})
+    assert not any(found(scene).values())
 
 
 MESH = ('type = "sphere"\nradius = 0.3\ndetail = 3', 'type = "mesh"\npath = "body.ply"')

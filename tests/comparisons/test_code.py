@@ -1,5 +1,6 @@
 """Which code a verdict depends on: all that judges by its metrics, and nothing of other commands."""
 
+import importlib.metadata
 import subprocess
 import sys
 from dataclasses import replace
@@ -8,9 +9,11 @@ from pathlib import Path
 import pytest
 
 from comparisons import code
-from comparisons.code import PACKAGES, judging_code, modules_of, rendering_code
+from comparisons.code import LIBRARIES, PACKAGES, judging_code, library_versions, modules_of, rendering_code
 from comparisons.metrics import METRICS
-from scenes.digest import PACKAGES_FOLDER, used_by
+from realtime import code as drawing
+from realtime.techniques import MODULES
+from scenes.digest import PACKAGES_FOLDER, imports_of, used_by
 from scenes.errors import InputError
 
 
@@ -61,6 +64,23 @@ def test_every_module_that_is_imported_counts() -> None:
     modules = {Path(path) for path in said.split() if not path.endswith("__init__.py")}
     assert len(modules) > 30
     assert modules - for_others <= modules_of(("nrmse",))
+
+
+OF_FILES = {"OpenEXR", "pillow", "pydantic"}
+"""They read and write what has a content of its own."""
+
+OF_TRUTH = {"mitsuba", "drjit"}
+"""Their versions count with the truth."""
+
+
+def test_every_library_that_draws_or_judges_counts() -> None:
+    files = modules_of(METRICS).union(*(drawing.modules_of(name) for name in MODULES))
+    imported = {name.partition(".")[0] for path in files for name in imports_of(path)}
+    own = {*PACKAGES, "realtime"}
+    packages = importlib.metadata.packages_distributions()
+    libraries = {name for top in imported - own - sys.stdlib_module_names for name in packages.get(top, [top])}
+    assert libraries - OF_FILES - OF_TRUTH <= set(LIBRARIES)
+    assert library_versions()["numpy"] == importlib.metadata.version("numpy")
 
 
 def test_an_unknown_metric_is_an_error() -> None:

@@ -108,6 +108,31 @@ def test_questions_are_told_apart(file: Path) -> None:
     assert known.about(file, "length", lambda path: 0) == 5
 
 
+@pytest.mark.usefixtures("_settled")
+def test_what_other_code_has_found_is_found_anew(
+    ask: Ask, read: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else a new version of this program would go by what the old one saw in files that are still the same."""
+    ask()
+    known.keep(tmp_path / "known.json")
+    forget()
+    monkeypatch.setattr(known, "_code_of", lambda module: "another version")
+    known.recall(tmp_path / "known.json")
+    assert [ask(), ask()] == ["first", "first"]
+    assert len(read) == 2, "once by the code of before, once by that of now"
+
+
+@pytest.mark.usefixtures("_settled")
+@pytest.mark.parametrize("answer", ["first", ["first"], {"text": "first"}, None, 1])
+def test_an_answer_that_nobody_vouches_for_is_not_believed(
+    ask: Ask, read: list[str], file: Path, tmp_path: Path, answer: object
+) -> None:
+    fact = {"stamp": known._stamp(file), "text": answer}
+    (tmp_path / "known.json").write_text(json.dumps({str(file): fact}), encoding="utf-8")
+    known.recall(tmp_path / "known.json")
+    assert (ask(), len(read)) == ("first", 1)
+
+
 def test_a_missing_file_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         known.about(tmp_path / "none", "text", lambda path: "")

@@ -65,6 +65,7 @@ def test_what_was_measured_before_an_interruption_is_not_measured_again(
     done = bench("--size", "8x6", "--only", "points")
     assert done.status == 0
     assert "measured before" in done.out
+    assert "doubt: 1 of 1 parts were measured by a run that was broken off" in done.out
 
 
 def test_what_is_kept_goes_by_all_that_it_depends_on() -> None:
@@ -83,7 +84,10 @@ def test_what_is_kept_goes_by_all_that_it_depends_on() -> None:
         (["nothing"], "'nothing' names no effect; allowed are indirect-light, eye"),
         (["--size", "12"], "--size is '12'; allowed is a width and a height"),
         (["--size", "0x12"], "--size is '0x12'"),
+        (["--size", "99999x12"], "each from 1 to 16384"),
         (["--frames", "0"], "--frames is 0"),
+        (["--seconds-per-point", "inf"], "--seconds-per-point is inf"),
+        (["eye", "--scene", "shadow-room"], "no technique of eye on shadow-room is judged there"),
         (["-k", "no.such"], "There is nothing to measure: no technique of indirect-light, eye"),
         (["--scene", "no-such"], "no-such"),
         (["--from", "no-such.json"], "'no-such.json' cannot be read as a benchmark"),
@@ -126,6 +130,7 @@ def test_the_machine_is_described_and_doubts_about_it_are_told() -> None:
     assert len(busy) == 1
     assert "busy" in busy[0]
     mixed = list(doubts(quiet, is_software=False))
-    assert len(mixed) == 1
+    assert len(mixed) == 2
     assert "A GPU ran the techniques, the processor the path tracer" in mixed[0]
-    assert list(doubts(quiet | {"variant": "cuda_ad_rgb"}, is_software=False)) == []
+    (clocks,) = doubts(quiet | {"variant": "cuda_ad_rgb"}, is_software=False)
+    assert "path tracing by the wall clock" in clocks

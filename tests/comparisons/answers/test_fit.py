@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from comparisons.answers.fit import Asked, lines_of, task_of, toml_of
+from comparisons.cli import main
 from comparisons.fit.gain import Gain
 from comparisons.fit.result import Fit, Fitted, Score
 from comparisons.metrics import Estimate
@@ -143,6 +144,15 @@ def test_the_settings_are_toml_to_paste_into_a_check() -> None:
 def test_what_cannot_be_asked_is_refused(given: Asked, message: str) -> None:
     with pytest.raises(InputError, match=message):
         task_of(given)
+
+
+def test_a_folder_is_no_place_for_the_result(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["fit", "indirect.talk", "--on", "small-room-ellipsoid", "-o", str(tmp_path)]) == 3
+    assert "is a folder" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_exposure_alone_can_be_asked_for() -> None:

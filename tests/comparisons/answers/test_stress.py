@@ -1,6 +1,7 @@
 """`lightgauge stress` as a user sees it: a table, what is new about it, files, an exit status."""
 
 import json
+import math
 import shlex
 from collections.abc import Callable
 from pathlib import Path
@@ -45,7 +46,7 @@ def test_techniques_and_functions_have_tables_of_their_own() -> None:
     assert [line.split() for line in table_lines(techniques)] == [
         ["offset", "rotation", "aperture"],
         ["shadow.soft", "-", "10", "n/a"],
-        ["shadow.vcm", "10*", "-+", "-"],
+        ["shadow.vcm", "10*", "-+", "(1)"],
     ]
 
 
@@ -99,6 +100,39 @@ def test_names_may_be_patterns_and_unknown_ones_are_refused() -> None:
         chosen(["cornea.uv"], [], None)
     with pytest.raises(InputError, match=r"Unknown stress 'ofset'.*Did you mean 'offset'"):
         chosen([], ["ofset"], None)
+
+
+def test_a_stress_that_is_for_none_of_the_subjects_is_refused() -> None:
+    """You should not be told that all is well where nothing was done."""
+    for subjects in (["indirect.talk"], ["indirect.talk", "lib/refract.glsl:refract_talk"]):
+        with pytest.raises(InputError, match=r"'indirect\.talk' is under none of these stresses"):
+            chosen(subjects, ["random"], None)
+    with pytest.raises(InputError, match="'offset' is for none of these subjects"):
+        chosen(["lib/refract.glsl:*"], ["offset", "fp16"], None)
+
+
+@pytest.mark.parametrize(
+    ("subject", "stress", "at"),
+    [
+        ("cornea.talk", "rotation", math.nan),
+        ("cornea.talk", "scale-up", math.inf),
+        ("cornea.talk", "scale-down", 0.0),
+        ("cornea.talk", "few-pixels", 0),
+        ("cornea.talk", "significand", 23),
+        ("defocus.layers", "aperture", -1),
+        ("lib/refract.glsl:refract_talk", "fp16", 2),
+    ],
+)
+def test_a_magnitude_beyond_the_range_of_a_stress_is_refused(subject: str, stress: str, at: float) -> None:
+    with pytest.raises(InputError, match=f"--at {at:g} is no magnitude of {stress}, which goes from"):
+        chosen([subject], [stress], at)
+
+
+def test_a_fault_is_told_though_the_error_is_small() -> None:
+    """You should see why an input fails whose error is allowed: a decision that falls otherwise."""
+    trial = Trial(2, 0.0, "3 % of inputs decide otherwise")
+    found = Outcome("lib/disk.glsl:disk_hit", "extremes", "of 1", 0.0, (trial,), 2, "lightgauge stress ...")
+    assert "BROKEN lib/disk.glsl:disk_hit, extremes at 2: 3 % of inputs decide otherwise" in stress_lines([found])
 
 
 @pytest.mark.usefixtures("here", "gl")

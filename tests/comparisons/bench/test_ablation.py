@@ -129,4 +129,16 @@ def test_a_part_that_the_technique_needs_is_reported_as_such(
     assert [one.part for one in found] == ["subject surfels", "bounce"]
     ((what, why),) = left
     assert what == "scene, indirect.irradiance without shadow atlas"
-    assert why.startswith("needed: KeyError at ")
+    assert why == "needed: a later pass finds no 'shadow_atlas' without it."
+
+
+def test_parts_are_judged_by_an_error_even_where_the_check_judges_a_bias_first(
+    make_scene: MakeScene, tmp_path: Path
+) -> None:
+    bias = Criterion(metric="energy_bias", min=-1.0, max=1.0, reason="any bias will do here")
+    check = check_of(**CAPTURE)
+    check = check.model_copy(update={"criteria": (bias, *check.criteria)})
+    scene, store = make_scene(truth={"max_spp": 64}), Store(tmp_path / "store")
+    first = next(ablations(scene, check, store, lambda what, done: None))
+    assert first.metric == "nrmse"
+    assert first.error_with.value >= 0

@@ -1,6 +1,7 @@
 import math
 import re
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
@@ -28,7 +29,7 @@ def test_a_steeper_slope_needs_less_beyond_the_last_image(make_traced: Callable[
     assert needed_for(0.01, steep, slope_of(steep)).spp == pytest.approx(100)
 
 
-def test_times_and_errors_both_widen_the_interval_of_the_time_that_is_needed(
+def test_times_and_errors_of_both_sides_widen_the_interval_of_the_time_that_is_needed(
     ladder: list[Traced], make_traced: Callable[..., Traced]
 ) -> None:
     error = Interval(0.5, 0.4, 0.6)
@@ -36,8 +37,22 @@ def test_times_and_errors_both_widen_the_interval_of_the_time_that_is_needed(
     assert (found.value, found.low, found.high) == pytest.approx((0.04, 0.01 / 0.36, 0.01 / 0.16))
     noisy = [make_traced(t.spp, t.error.value, t.seconds.value, 0.1) for t in ladder]
     wider = time_needed(error, noisy, None)
-    assert (wider.low, wider.high) == pytest.approx((0.9 * found.low, 1.1 * found.high))
+    assert (wider.low, wider.high) == pytest.approx((0.9 * 0.9**2 * found.low, 1.1 * 1.1**2 * found.high))
     assert time_needed(Interval(0.5, 0.0, 0.6), ladder, None).high == math.inf
+
+
+def test_what_is_unsure_of_the_path_tracer_widens_the_interval_too(ladder: list[Traced]) -> None:
+    """10 % of its error are 21 % of its samples; beyond its images the slope is unsure as well."""
+    error = Interval(0.5, 0.5, 0.5)
+    unsure = [replace(t, error=Interval(e := t.error.value, 0.9 * e, 1.1 * e)) for t in ladder]
+    found = time_needed(error, unsure, None)
+    assert (found.low, found.value, found.high) == pytest.approx((0.04 * 0.81, 0.04, 0.04 * 1.21))
+    slope = slope_of(ladder)
+    assert slope is not None
+    far = Interval(0.025, 0.025, 0.025)
+    beyond = time_needed(far, ladder, replace(slope, exponent=Interval(-0.5, -1.0, -0.25)))
+    assert (beyond.low, beyond.value, beyond.high) == pytest.approx((1.6, 16.0, 1600.0))
+    assert time_needed(far, ladder, replace(slope, exponent=Interval(-0.5, -1.0, 0.1))).high == math.inf
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from comparisons.bench.claims import claims
+from comparisons.bench.machine import doubts
+from comparisons.bench.result import bench_of
 from comparisons.cli import _parser
 from comparisons.report.bench_page import write_bench_page
 from realtime.render import Renderer
@@ -56,3 +59,10 @@ def test_the_measured_plots_are_those_of_the_measured_numbers(tmp_path: Path) ->
     assert len(shown) == len(list((measured / "plots").iterdir())) > 0
     for plot in shown:
         assert (measured / plot).read_bytes() == (tmp_path / plot).read_bytes()
+
+
+def test_the_measured_sentences_are_those_of_the_measured_numbers() -> None:
+    content = json.loads((DOCS / "results" / "nvidia-h200" / "bench.json").read_text(encoding="utf-8"))
+    measured = bench_of(content)
+    assert measured.claims == claims(measured.points, measured.traced, measured.slopes)
+    assert tuple(measured.environment["doubts"]) == tuple(doubts(dict(measured.environment), is_software=False))

@@ -62,6 +62,14 @@ def test_a_median_that_is_known_well_ends_the_rounds_and_most_does_too() -> None
     assert len(limited.samples) == 3
 
 
+def test_what_is_known_from_an_earlier_turn_takes_part_in_the_next_one() -> None:
+    known, late = steady("known", 1.0), steady("late", 2.0)
+    interleave([known], 10.0, unheard, np.random.default_rng(0))
+    known.again()
+    interleave([known, late], 10.0, unheard, np.random.default_rng(0))
+    assert [len(one.samples) for one in (known, late)] == [2 * FEWEST_TO_KNOW, FEWEST_TO_KNOW]
+
+
 def test_time_ends_the_rounds_once_there_is_an_interval_and_patience_before() -> None:
     quick, slow = sleeping("quick", 0.004), sleeping("slow", 0.03)
     interleave([quick, slow], 0.01, unheard, np.random.default_rng(0))

@@ -65,6 +65,7 @@ def test_statements_are_carried_out_by_each_invocation_alone(run: Evaluate, body
         ("mat2 m = mat2(1.0, 2.0, 3.0, 4.0); return dot(vec2(1.0, 10.0) * m, vec2(1.0, 100.0));", 21 + 4300),
         ("mat2 m = mat2(1.0, 2.0, 3.0, 4.0); return (m * m)[1][0];", 15),
         ("float[3] a = float[3](1.0, 2.0, 4.0); a[int(x)] += 10.0; return a[0] + a[1] + a[2];", 17),
+        ("S s; s.a = 7; float a[1]; a[0] = 5; return s.a / 2 + a[0] / 2;", 6),
         ("S s = S(1.0, vec2(2.0)); s.v.y = 5.0; S t = s; t.a = 7.0; return s.a + s.v.y + t.a;", 13),
         ("float y; g(x, y); return y;", 3),
         ("return mix(2.0, 4.0, 0.25) + step(0.5, x) + smoothstep(0.0, 2.0, x);", 4),

@@ -1,6 +1,7 @@
 """Shader functions under stress: every one has a domain, known figures are found again, and what was mended holds."""
 
 import json
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -198,7 +199,7 @@ def test_outcomes_say_where_it_breaks_and_how_to_see_it_again() -> None:
     assert (broken.first_failing, broken.trials[0].error) == (1, None)
     assert "lib/refract.glsl:6 sqrt(" in broken.trials[0].fault
     text = broken.reproduce.partition("--input '")[2].rstrip("'")
-    lines, status = run_function([name], text)
+    lines, status = run_function([name], [], text)
     assert status == 1
     assert any(line.startswith("! lib/refract.glsl:6  sqrt(") for line in lines)
     assert found["fp32"].first_failing is None
@@ -206,11 +207,38 @@ def test_outcomes_say_where_it_breaks_and_how_to_see_it_again() -> None:
     assert outcome(subject(name), "extremes", at=2.0).trials[0].magnitude == 2.0
 
 
+def test_a_failure_in_half_precision_is_shown_again_by_its_command() -> None:
+    """You should see a failure, with single precision beside it, which fails at nothing."""
+    name = "lib/sphere.glsl:SphereIntersect"
+    command = shlex.split(outcome(subject(name), "fp16").reproduce)
+    assert command[:-1] == ["lightgauge", "stress", name, "--stress", "fp16", "--input"]
+    lines, status = run_function([name], ["fp16"], command[-1])
+    assert status == 1
+    assert lines[-2].startswith("Half precision is")
+    assert lines[-1] == "It fails: the error is too large."
+    lines, status = run_function([name], [], command[-1])
+    assert status == 0
+    assert lines[-1].startswith("Single precision is")
+
+
+def test_an_input_goes_with_one_precision() -> None:
+    with pytest.raises(InputError, match="not with extremes"):
+        run_function(["lib/fresnel.glsl:F_talk"], ["extremes"], "{}")
+
+
 @pytest.mark.parametrize("name", subjects())
 def test_inputs_survive_json(name: str) -> None:
     of = subject(name)
     text = example_of(of)
     assert json.dumps(to_json(from_json(of, text))) == json.dumps(json.loads(text))
+
+
+@pytest.mark.parametrize("name", subjects())
+def test_what_a_function_reads_in_json_is_all_that_it_needs(name: str) -> None:
+    """You should see results in all precisions, though an input was drawn with more than the function reads."""
+    lines, status = run_function([name], [], example_of(subject(name)))
+    assert status == 0
+    assert lines
 
 
 @pytest.mark.parametrize(
@@ -231,7 +259,7 @@ def test_bad_inputs_are_refused_with_an_example(text: str, message: str) -> None
 @pytest.mark.parametrize("asked", [[], ["indirect.talk"], ["lib/sphere.glsl:a", "lib/sphere.glsl:b"]])
 def test_an_input_is_for_one_function(asked: list[str]) -> None:
     with pytest.raises(InputError, match="FILE:FUNCTION"):
-        run_function(asked, "{}")
+        run_function(asked, [], "{}")
 
 
 def test_a_trace_marks_the_cancellation_of_single_precision() -> None:

@@ -27,6 +27,7 @@ STANDINGS = {
     "falling, earlier": (outcome(failing=0.1, limit=0.01, is_rising=False), Standing.BROKEN),
     "falling, it holds": (outcome(0.1, 0.01, limit=0.01, is_rising=False), Standing.STALE),
     "one magnitude, beyond the limit": (outcome(failing=1e6, limit=10), Standing.KNOWN),
+    "one magnitude beyond the limit holds, as it may": (outcome(1000, limit=10), Standing.HOLDS),
     "one magnitude, before the limit": (outcome(1, limit=10), Standing.HOLDS),
     "not for this one": (outcome(unfit="the camera is a pinhole"), Standing.UNFIT),
     "refused further on": (outcome(1, 10, unfit="refused at 100"), Standing.HOLDS),
@@ -61,3 +62,14 @@ def test_limits_name_subjects_and_stresses_that_exist() -> None:
     }
     assert documented().keys() <= known
     assert all(limit.why.endswith(".") for limit in documented().values())
+
+
+def test_limits_begin_at_magnitudes_that_are_tried() -> None:
+    """You should be told of every limit that no longer holds."""
+    from comparisons.stress import functions, intermediates, techniques
+
+    for (subject, stress), limit in documented().items():
+        modules = [
+            m for m in (functions, intermediates, techniques) if subject in m.subjects() and stress in m.STRESSES
+        ]
+        assert all(limit.magnitude in module.magnitudes(stress) for module in modules), (subject, stress)
