@@ -14,12 +14,11 @@ from comparisons.bench.interleave import FEWEST_FOR_INTERVAL
 from comparisons.bench.machine import doubts, machine
 from comparisons.bench.measure import Measured
 from comparisons.bench.pareto import group_of, on_front
-from comparisons.bench.partial import FILE_NAME as PARTIAL
-from comparisons.bench.partial import Partial
 from comparisons.bench.plan import Ablated, Result, Scaled, Step
 from comparisons.bench.result import FILE_NAME, SCHEMA, Ablation, Bench, Interval, Point, Scaling
 from comparisons.bench.sweep import SENSOR
 from comparisons.options import Say
+from comparisons.partial import Partial
 from comparisons.report.bench_page import write_bench_page
 from comparisons.report.numbers import format_interval, format_metric, format_number, format_seconds
 from comparisons.result import check_id
@@ -27,6 +26,8 @@ from realtime.clock import is_software
 from realtime.context import make_context, renderer_name
 from reference.store import Store, write_text
 from scenes.errors import InputError, LightgaugeError, MachineError, NoCompiler, NoGraphics
+
+PARTIAL = "bench.partial.json"
 
 
 def run_bench(asked: Asked, folder: Path, store: Store, step: Step, say: Say) -> Bench:

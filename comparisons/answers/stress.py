@@ -10,18 +10,32 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
+from comparisons.code import library_versions, rendering_code
+from comparisons.partial import Partial
 from comparisons.report.stress_page import write_stress_page
 from comparisons.results import environment
 from comparisons.stress.limits import Standing, is_broken, standing, with_limit
 from comparisons.stress.result import FILE_NAME, SCHEMA, Outcome
 from comparisons.stress.tables import table_lines, tables
+from realtime.context import environment_choice
+from realtime.own import source_digest
 from reference.store import write_text
-from scenes.errors import InputError, unknown_name
+from scenes.digest import PACKAGES_FOLDER, code_digest, digest_of
+from scenes.errors import InputError, LightgaugeError, NoGraphics, unknown_name
 
 MODULES = ("techniques", "intermediates", "functions")
 """Of comparisons.stress: what there is to be stressed."""
 
+PARTIAL = "stress.partial.json"
+
 Step = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """All outcomes of one technique or function."""
+
+    outcomes: tuple[Outcome, ...]
 
 
 @dataclass(frozen=True)
@@ -33,9 +47,15 @@ class Part:
     stresses: tuple[str, ...]
     at: float | None
 
-    def outcomes(self, step: Step) -> Iterator[Outcome]:
-        found = self.module.outcomes(self.subjects, step, self.stresses, self.at)
-        return (with_limit(outcome) for outcome in found)
+    def run(self, subject: str, step: Step) -> Subject:
+        return Subject(tuple(self.module.outcomes([subject], step, self.stresses, self.at)))
+
+    def key(self, subject: str) -> str:
+        """What the outcomes of a subject depend on."""
+        here = [PACKAGES_FOLDER / "comparisons" / name for name in ("stress", "glsl")]
+        code = [rendering_code(), code_digest(*sorted(path for folder in here for path in folder.glob("*.py")))]
+        asked = [self.module.__name__, subject, source_digest(subject), self.stresses, self.at]
+        return digest_of(code, library_versions(), environment_choice(), asked)
 
 
 def chosen(subjects: Sequence[str], stresses: Sequence[str], at: float | None) -> tuple[Part, ...]:
@@ -86,7 +106,8 @@ def _require_in_range(part: Part, at: float) -> None:
 def _require_known(kind: str, asked: Sequence[str], known: Sequence[str]) -> None:
     for name in asked:
         if not _named([name], known):
-            raise unknown_name(kind, name, dict.fromkeys(known))
+            alike = [one for one in known if (":" in one) == (":" in name)]  # functions are many: FILE:FUNCTION
+            raise unknown_name(kind, name, dict.fromkeys(alike))
 
 
 def _named(patterns: Sequence[str], names: Sequence[str]) -> list[str]:
@@ -94,18 +115,41 @@ def _named(patterns: Sequence[str], names: Sequence[str]) -> list[str]:
 
 
 def run_stress(parts: Sequence[Part], folder: Path, step: Step) -> tuple[list[str], int]:
-    """Do it, write stress.json and its page into the folder; the table as lines of text, and the exit status."""
+    """Do it, write stress.json and its page into the folder; the table as lines of text, and the exit status.
+
+    What is finished is kept, so that the same command goes on. A subject that cannot be drawn stops no other.
+
+    Raises
+    ------
+    NoGraphics
+        Nothing can be drawn on this machine.
+    """
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.perf_counter()
-    found = [
-        outcome
-        for number, part in enumerate(parts)
-        for outcome in part.outcomes(lambda what, done, n=number: step(what, (n + done) / len(parts)))  # type: ignore[misc]
-    ]
+    kept = Partial(folder / PARTIAL)
+    found: list[Outcome] = []
+    failed: list[tuple[str, LightgaugeError]] = []
+    asked = [(part, subject) for part in parts for subject in part.subjects]
+    for number, (part, name) in enumerate(asked):
+        key = part.key(name)
+        subject = kept.found(key, Subject)
+        if subject is None:
+            try:
+                subject = part.run(name, lambda what, done, n=number: step(what, (n + done) / len(asked)))  # type: ignore[misc]
+            except NoGraphics:
+                raise
+            except LightgaugeError as error:
+                failed.append((name, error))
+                continue
+            kept.keep(key, subject)
+        found.extend(map(with_limit, subject.outcomes))
     seconds = time.perf_counter() - clock
     content = content_of(found, meanings(parts), started, seconds)
     write_text(folder / FILE_NAME, json.dumps(content, indent=1, allow_nan=False))
     page = write_stress_page(folder, found, content)
-    return [*stress_lines(found), f"{seconds:.0f} s; {page}"], int(is_broken(found))
+    kept.remove()
+    status = max([int(is_broken(found)), *(error.exit_status for _, error in failed)])
+    without = [f"left out: {name}. {error}" for name, error in failed]
+    return [*stress_lines(found), *without, f"{seconds:.0f} s; {page}"], status
 
 
 def meanings(parts: Iterable[Part]) -> dict[str, str]:

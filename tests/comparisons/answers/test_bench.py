@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
+from comparisons.answers.bench import PARTIAL
 from comparisons.bench.ask import Asked, parts_of
 from comparisons.bench.machine import BUSY, doubts, machine
 from comparisons.bench.measure import Pace
-from comparisons.bench.partial import FILE_NAME as PARTIAL
 
 QUICK = ("--seconds-per-point", "0.02", "--frames", "3")
 

@@ -3,17 +3,17 @@
 import json
 import math
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 
-from comparisons.answers.stress import chosen, content_of, stress_lines
+from comparisons.answers.stress import PARTIAL, Part, chosen, content_of, run_stress, stress_lines
 from comparisons.report.stress_page import write_stress_page
 from comparisons.stress.result import Outcome, Trial
 from comparisons.stress.tables import table_lines, tables
-from scenes.errors import InputError
+from scenes.errors import InputError, RenderError
 
 Run = Callable[..., Any]
 
@@ -171,3 +171,46 @@ def test_a_failure_of_ones_own_technique_is_shown_again_by_its_command(lightgaug
     (again,) = json.loads(Path("again/stress.json").read_text("utf-8"))["outcomes"]
     assert (ran.status, again["first_failing"]) == (1, first["first_failing"])
     assert again["trials"] == first["trials"]
+
+
+class Module:
+    """Stands for one of `comparisons.stress`: its subjects hold, but for what `faults` has for them."""
+
+    __name__ = "module"
+    STRESSES: ClassVar = {"offset": "moved"}
+
+    def __init__(self, **faults: BaseException) -> None:
+        self.faults = faults
+        self.drawn: list[str] = []
+
+    def outcomes(self, subjects: list[str], step: Any, stresses: Any, at: float | None) -> Iterator[Outcome]:
+        for name in subjects:
+            if name in self.faults:
+                raise self.faults[name]
+            self.drawn.append(name)
+            yield outcome(name, "offset", 0.0, 0.05)
+
+
+def run(module: Module, folder: Path) -> tuple[list[str], int]:
+    return run_stress([Part(module, ("first", "second", "third"), ("offset",), None)], folder, lambda what, done: None)
+
+
+def test_one_that_is_cut_off_goes_on_where_it_was(tmp_path: Path, gl: object) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        run(Module(second=KeyboardInterrupt()), tmp_path)
+    assert (tmp_path / PARTIAL).exists()
+    again = Module()
+    _, status = run(again, tmp_path)
+    assert again.drawn == ["second", "third"]
+    assert status == 0
+    assert not (tmp_path / PARTIAL).exists()
+    kept = json.loads((tmp_path / "stress.json").read_text(encoding="utf-8"))["outcomes"]
+    assert [one["subject"] for one in kept] == ["first", "second", "third"]
+
+
+def test_one_that_cannot_be_drawn_stops_no_other(tmp_path: Path, gl: object) -> None:
+    module = Module(second=RenderError("The shader does not compile."))
+    lines, status = run(module, tmp_path)
+    assert module.drawn == ["first", "third"]
+    assert status == RenderError.exit_status
+    assert "left out: second. The shader does not compile." in lines

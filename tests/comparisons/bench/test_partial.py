@@ -2,10 +2,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from comparisons.bench.measure import Measured
-from comparisons.bench.partial import Partial
 from comparisons.bench.plan import Ablated, Scaled
 from comparisons.bench.result import Point, Traced
 from comparisons.bench.traced import slope_of
+from comparisons.partial import Partial
 
 
 def test_what_is_kept_is_found_again_as_it_was(

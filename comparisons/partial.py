@@ -1,4 +1,4 @@
-"""What a benchmark has finished so far, so that one that is cut off goes on from there."""
+"""What a long command has finished so far, so that one that is cut off goes on from there."""
 
 import json
 from pathlib import Path
@@ -9,8 +9,6 @@ from pydantic import TypeAdapter, ValidationError
 from reference.store import write_text
 
 T = TypeVar("T")
-
-FILE_NAME = "bench.partial.json"
 
 
 class Partial:
@@ -32,7 +30,7 @@ class Partial:
         write_text(self._path, json.dumps(self._parts))
 
     def remove(self) -> None:
-        """Forget everything: the benchmark is finished."""
+        """Forget everything: all is finished."""
         self._path.unlink(missing_ok=True)
 
 
