@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import statistics
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -129,41 +128,6 @@ class Prepared:
                 self._baked[step.name] = {name: frame.resources[name] for name in step.writes}
             frame.instrument.after_pass(step, frame)
         return seconds
-
-
-@dataclass(frozen=True)
-class FrameTimes:
-    """What a frame takes: medians over several.
-
-    low, high : 95 % interval of the median of `seconds`
-    """
-
-    seconds: float
-    low: float
-    high: float
-    wall_seconds: float
-    frames: int
-    clock: str
-    start_seconds: Mapping[str, float]
-    passes: Mapping[str, float]
-    peak_bytes: int
-
-
-def cost_of(prepared: Prepared, samples: Sequence[FrameSample]) -> FrameTimes:
-    """Medians of some frames of a technique, at least one."""
-    seconds = [sample.seconds for sample in samples]
-    low, high = median_interval(seconds)
-    return FrameTimes(
-        statistics.median(seconds),
-        low,
-        high,
-        statistics.median(sample.wall_seconds for sample in samples),
-        len(samples),
-        prepared.clock,
-        prepared.start_seconds,
-        {name: statistics.median(sample.passes[name] for sample in samples) for name in samples[0].passes},
-        prepared.peak_bytes,
-    )
 
 
 def median_interval(values: Sequence[float]) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from comparisons.bench.result import FrameCost, Interval
-from realtime.timing import FrameTimes, median_interval
+from realtime.timing import FrameSample, Prepared, median_interval
 
 T = TypeVar("T")
 
@@ -101,14 +101,14 @@ def middle(samples: Sequence[float]) -> Interval:
     return Interval(median(samples), *median_interval(samples))
 
 
-def frame_cost(times: FrameTimes) -> FrameCost:
-    """What a frame takes, as it stands in bench.json."""
+def frame_cost(prepared: Prepared, samples: Sequence[FrameSample]) -> FrameCost:
+    """Medians of some frames of a technique, at least one."""
     return FrameCost(
-        seconds=Interval(times.seconds, times.low, times.high),
-        wall_seconds=times.wall_seconds,
-        frames=times.frames,
-        clock=times.clock,
-        start_seconds=dict(times.start_seconds),
-        passes=dict(times.passes),
-        peak_bytes=times.peak_bytes,
+        seconds=middle([sample.seconds for sample in samples]),
+        wall_seconds=median(sample.wall_seconds for sample in samples),
+        frames=len(samples),
+        clock=prepared.clock,
+        start_seconds=dict(prepared.start_seconds),
+        passes={name: median(sample.passes[name] for sample in samples) for name in samples[0].passes},
+        peak_bytes=prepared.peak_bytes,
     )

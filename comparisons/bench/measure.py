@@ -14,7 +14,7 @@ from comparisons.bench.traced import Shot, Tracer, peak_bytes, slope_of, traced_
 from comparisons.runner import fault_of
 from realtime.render import Renderer
 from realtime.techniques import technique
-from realtime.timing import FrameSample, Prepared, cost_of
+from realtime.timing import FrameSample, Prepared
 from reference.estimator import Reference
 from reference.store import Store
 from scenes.errors import LightgaugeError, NoCompiler, NoGraphics
@@ -146,7 +146,7 @@ class _Bench:
             height=sensor.height,
             metric=batch.metric,
             error=ready.judged.error,
-            cost=frame_cost(cost_of(ready.prepared, ready.task.samples)),
+            cost=frame_cost(ready.prepared, ready.task.samples),
             is_fitted=ready.variant.is_fitted,
             spp=ready.judged.spp,
             note=ready.judged.note,

@@ -7,8 +7,7 @@ from typing import Any
 from comparisons.bench.result import bench_of
 from comparisons.report.bench_plots import front_plot, scaling_plots
 from comparisons.report.bench_view import view_of
-from comparisons.report.page import TEMPLATES, jinja_environment
-from scenes.errors import InputError
+from comparisons.report.page import TEMPLATES, jinja_environment, write_files
 
 PLOTS = "plots"
 
@@ -33,17 +32,7 @@ def write_bench_page(folder: Path, bench: Mapping[str, Any]) -> Path:
     InputError
         The benchmark cannot be read as schema 1, or the files cannot be written.
     """
-    path = folder / "index.html"
-    try:
-        for name, text in _files(bench):
-            path = folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(
-            f"The page cannot be written to {path}: {error.strerror}. Choose a folder that you may write to."
-        ) from error
-    return path
+    return write_files(folder, _files(bench))
 
 
 def _files(bench: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -194,3 +194,24 @@ def jinja_environment() -> "Environment":
         },
     )
     return environment
+
+
+def write_files(folder: Path, files: Iterable[tuple[str, str]]) -> Path:
+    """Write texts by their names within a folder, the page last; returns its path.
+
+    Raises
+    ------
+    InputError
+        They cannot be written.
+    """
+    path = folder
+    try:
+        for name, text in files:
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(
+            f"The page cannot be written to {path}: {error.strerror}. Choose a folder that you may write to."
+        ) from error
+    return path

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from comparisons.report.page import TEMPLATES, jinja_environment
+from comparisons.report.page import TEMPLATES, jinja_environment, write_files
 from comparisons.stress.limits import Standing, standing
 from comparisons.stress.result import Outcome, Trial
 from comparisons.stress.tables import Table, cell, tables
-from scenes.errors import InputError
 
 VERDICTS = {
     Standing.HOLDS: "PASS",
@@ -44,17 +43,7 @@ def write_stress_page(folder: Path, outcomes: Iterable[Outcome], content: Mappin
         The files cannot be written.
     """
     found = list(outcomes)
-    path = folder / "index.html"
-    try:
-        for name, text in _files(found, content):
-            path = folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(
-            f"The page cannot be written to {path}: {error.strerror}. Choose a folder that you may write to."
-        ) from error
-    return path
+    return write_files(folder, _files(found, content))
 
 
 def _files(outcomes: list[Outcome], content: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from realtime.instrument import Instrument
 from realtime.own import load_own
 from realtime.render import Renderer
 from realtime.techniques import MODULES, OWN, technique
-from realtime.timing import FrameSample, Prepared, cost_of, median_interval
+from realtime.timing import Prepared, median_interval
 from scenes.errors import InputError, RenderError
 from scenes.features import features_of
 from scenes.geometry import geometry_of
@@ -232,15 +231,6 @@ def test_queries_are_taken_of_real_submissions(make_scene: MakeScene, monkeypatc
     assert all(seconds >= 0 for seconds in sample.passes.values())
     assert sample.seconds > 0
     np.testing.assert_array_equal(prepared.pixels(), prepared.rendering.image.pixels)
-
-
-def test_the_cost_of_a_frame_is_the_median_of_several() -> None:
-    prepared: Any = SimpleNamespace(clock="a clock", start_seconds={"compile": 1.0}, peak_bytes=7)
-    samples = [FrameSample(s, 2 * s, {"a": s / 3, "b": 2 * s / 3}) for s in (3.0, 1.0, 2.0, 9.0, 2.5)]
-    cost = cost_of(prepared, samples)
-    assert (cost.seconds, cost.low, cost.high, cost.wall_seconds, cost.frames) == (2.5, 1.0, 9.0, 5.0, 5)
-    assert cost.passes == pytest.approx({"a": 2.5 / 3, "b": 5 / 3})
-    assert (cost.clock, cost.start_seconds, cost.peak_bytes) == ("a clock", {"compile": 1.0}, 7)
 
 
 @pytest.mark.parametrize(("count", "rank"), [(1, 1), (5, 1), (6, 1), (8, 1), (9, 2), (20, 6), (25, 8), (100, 40)])

@@ -1,12 +1,15 @@
 import time
 from collections import Counter
 from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from comparisons.bench.interleave import FEWEST_FOR_INTERVAL, FEWEST_TO_KNOW, Task, frame_cost, interleave, middle
-from realtime.timing import FrameTimes
+from comparisons.bench.result import Interval
+from realtime.timing import FrameSample
 
 
 def unheard(what: str, fraction: float) -> None:
@@ -83,10 +86,11 @@ def test_the_interval_of_a_median_holds_it_as_often_as_it_says() -> None:
     assert np.mean(held) == pytest.approx(0.959, abs=0.03)  # 95.9 % is the coverage of the 6th to the 15th of 20
 
 
-def test_frame_times_become_what_bench_json_holds() -> None:
-    times = FrameTimes(0.02, 0.01, 0.03, 0.04, 31, "GPU timer queries", {"compile": 1.0}, {"draw": 0.02}, 4096)
-    cost = frame_cost(times)
-    assert (cost.seconds.value, cost.seconds.low, cost.seconds.high) == (0.02, 0.01, 0.03)
-    assert (cost.wall_seconds, cost.frames, cost.clock, cost.peak_bytes) == (0.04, 31, "GPU timer queries", 4096)
-    assert cost.start_seconds == {"compile": 1.0}
-    assert cost.passes == {"draw": 0.02}
+def test_the_cost_of_a_frame_is_the_median_of_several() -> None:
+    prepared: Any = SimpleNamespace(clock="a clock", start_seconds={"compile": 1.0}, peak_bytes=7)
+    samples = [FrameSample(s, 2 * s, {"a": s / 3, "b": 2 * s / 3}) for s in (3.0, 1.0, 2.0, 9.0, 2.5)]
+    cost = frame_cost(prepared, samples)
+    assert cost.seconds == Interval(2.5, 1.0, 9.0)
+    assert (cost.wall_seconds, cost.frames) == (5.0, 5)
+    assert cost.passes == pytest.approx({"a": 2.5 / 3, "b": 5 / 3})
+    assert (cost.clock, cost.start_seconds, cost.peak_bytes) == ("a clock", {"compile": 1.0}, 7)
