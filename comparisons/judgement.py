@@ -23,6 +23,7 @@ from comparisons.worst_pixel import worst_pixel
 from realtime.render import Rendering
 from reference.estimator import Reference
 from reference.quantities import quantity
+from reference.quantity import Display
 from scenes.checks import Check
 from scenes.image import Image
 
@@ -75,7 +76,7 @@ def evidence(
     display = quantity(name).display
     tested = significance(decision.image, samples) if truth.spp >= LEAST_SPP else None
     scale = error_scale(decision.criteria, samples)
-    exposure = exposure_for(samples.mean, truth.mask) if display in ("radiance", "depth") else 1.0
+    exposure = _exposure(display, samples)
     smoothing = 0.0 if truth.is_exact else SMOOTHING_PX
     flip = flip_image(decision.image, samples) if display == "radiance" else None
     worst = worst_pixel(decision.image, samples)
@@ -111,6 +112,13 @@ def evidence(
     }
 
 
+def _exposure(display: Display, samples: Samples) -> float:
+    """What values are multiplied with to be shown; coordinates that go beyond 1 are brought down to it."""
+    if display == "uv":
+        return 1 / max(1.0, float(samples.masked.max()))
+    return exposure_for(samples.mean, samples.mask) if display in ("radiance", "depth") else 1.0
+
+
 def advice(decision: Decision, limit: int) -> str:
     """What an INCONCLUSIVE check needs."""
     if decision.verdict is not Verdict.INCONCLUSIVE:
@@ -133,14 +141,16 @@ def advice(decision: Decision, limit: int) -> str:
 def error_scale(criteria: Iterable[CriterionResult], samples: Samples) -> float:
     """The error that gets the outermost colour.
 
-    ERROR_RANGE times the budget of the first criterion that has one in the quantity's unit or relative to the truth,
-    else a tenth of the truth's root mean square.
+    ERROR_RANGE times the budget of the first criterion that has one in the quantity's unit or relative to the truth
+    (that of `off_by_1` is 1), else a tenth of the truth's root mean square.
     """
     mean = float(np.mean(np.abs(samples.masked)))
     rms = float(np.sqrt(np.mean(samples.masked.mean(axis=0) ** 2)))
     absolute = dict.fromkeys(("rms", "rmse", "penumbra_rmse", "max_abs", "p99_abs"), 1.0)
     unit = {"nrmse": mean, "rel_rms": rms, **absolute}
     for criterion in criteria:
+        if criterion.metric == "off_by_1":
+            return ERROR_RANGE
         if criterion.metric in unit and criterion.max:
             return ERROR_RANGE * criterion.max * unit[criterion.metric]
     return 0.1 * rms if rms > 0 else 1.0

@@ -61,7 +61,7 @@ def add_techniques(parser: argparse.ArgumentParser) -> None:
         type=Path,
         action="append",
         default=[],
-        help="a technique of your own: a Python file or a fragment shader (docs/your-technique.md); repeatable",
+        help="a technique of your own: a Python file, a fragment shader or a look (docs/your-technique.md); repeatable",
     )
 
 

@@ -1,7 +1,8 @@
 """Parity: do both sides see the same scene? Judged for every scene before any of its radiance is."""
 
 from scenes.checks import Check, Criterion
-from scenes.model import AreaLight, Diffuse, Material, Scene, Texture
+from scenes.materials import Diffuse, Material, Texture
+from scenes.model import AreaLight, Scene
 
 _GRID = "both sides average the same 8 x 8 positions a pixel; what is left are samples that fall on an edge"
 

@@ -38,6 +38,7 @@ MASKED_SHARE = 0.25
 ERROR_AVERAGES = frozenset(
     {
         "nrmse",
+        "limb_nrmse",
         "rel_mse_eps1e-2",
         "rel_mse_clipped",
         "rms",

@@ -8,9 +8,10 @@ from realtime.frame import Frame
 from realtime.lights import FACET, PARALLEL, Light, lights_of
 from scenes.errors import InputError
 from scenes.image import Float64
+from scenes.materials import Translucent
 from scenes.media import coefficients
 from scenes.mesh import Mesh
-from scenes.model import LineLight, Scene, Translucent
+from scenes.model import LineLight, Scene
 
 ELEMENT = 3
 """A short piece of a line light: `axis` runs along it, `strength` is its intensity [W/sr] straight across."""

@@ -19,10 +19,12 @@ class Bvh:
     for
                 an inner node, else the leaf's first triangle times TRIANGLES_A_LEAF plus its count less one
     triangles : (T, 12) float32: a corner and two edges of each triangle, each padded to a vec4
+    order     : (T,) which of the given triangles each is
     """
 
     nodes: Float32
     triangles: Float32
+    order: NDArray[np.int64]
 
 
 def build(surfaces: list[Surface]) -> Bvh:
@@ -50,7 +52,8 @@ def build(surfaces: list[Surface]) -> Bvh:
         nodes[index][3] = float(len(nodes))
 
     add(np.arange(len(corners)))
-    return Bvh(np.array(nodes, dtype=np.float32), _packed(corners[np.concatenate(order)]))
+    placed_order = np.concatenate(order)
+    return Bvh(np.array(nodes, dtype=np.float32), _packed(corners[placed_order]), placed_order)
 
 
 def _packed(corners: Float64) -> Float32:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from scenes.image import Float64
-from scenes.model import Perspective, ThinLens, Vec3
+from scenes.model import Perspective, ThinLens
+from scenes.units import Vec3
 
 FACES: tuple[tuple[Vec3, Vec3, Vec3], ...] = (
     ((1, 0, 0), (0, 0, -1), (0, -1, 0)),
@@ -100,6 +101,13 @@ def lens_camera(sensor: Perspective, near: float, far: float, place: tuple[float
         view = shear @ view
         eye = eye + place[0] * right + place[1] * up
     return Camera(eye, perspective_matrix(x, y, near, far) @ view, forward)
+
+
+def ray_axes(camera: Camera) -> tuple[Float64, Float64, Float64]:
+    """Forward, right and up (3,): the ray through x, y in normalised device coordinates is forward + x right + y up."""
+    rows = np.stack([camera.matrix[0, :3], camera.matrix[1, :3], camera.forward])
+    right, up, forward = np.linalg.inv(rows).T
+    return forward, right, up
 
 
 def cube_cameras(eye: Float64, near: float, far: float) -> tuple[Camera, ...]:

@@ -6,12 +6,13 @@ from pathlib import Path
 
 from realtime.shader import GLSL, INCLUDE, STAGES
 from realtime.techniques import MODULES
-from scenes.digest import code_digest, digest_of, names_in, used_by
+from scenes.digest import code_digest, digest_of, file_digest, names_in, used_by
 from scenes.known import about
 
 PACKAGES = ("realtime", "scenes")
 REGISTRIES = ("realtime.techniques",)
 RENDERER = "realtime.render"
+LOOK_SUFFIX = ".toml"
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 
@@ -23,7 +24,8 @@ def drawing_code(technique: str) -> str:
     see `realtime.own.source_digest`.
     """
     shaders = [(name, shader_code(GLSL / name)) for name in sorted(shaders_of(technique))]
-    return digest_of(code_digest(*sorted(modules_of(technique))), shaders)
+    looks = [(path.name, file_digest(path)) for path in looks_of(technique)]
+    return digest_of(code_digest(*sorted(modules_of(technique))), shaders, *([looks] if looks else []))
 
 
 @cache
@@ -33,6 +35,17 @@ def modules_of(technique: str) -> frozenset[Path]:
         return used_by((RENDERER, MODULES[technique]), PACKAGES, REGISTRIES)
     own = (".".join(path.relative_to(GLSL.parents[1]).with_suffix("").parts) for path in GLSL.parent.rglob("*.py"))
     return used_by(own, PACKAGES)
+
+
+def looks_of(technique: str) -> list[Path]:
+    """The files of looks that the modules of a technique name, beside themselves."""
+    return sorted(
+        path
+        for module in modules_of(technique)
+        for name in names_in(module)
+        if Path(name).suffix == LOOK_SUFFIX
+        for path in module.parent.glob(name)
+    )
 
 
 def shaders_of(technique: str) -> frozenset[str]:

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from realtime.camera import ray_axes
 from realtime.capture import surfel_passes
 from realtime.frame import Frame, columns
+from realtime.fresnel import fresnel_dielectric
 from realtime.graph import Pass
 from realtime.lights import Light
 from realtime.sky import sky_texture
@@ -21,9 +23,11 @@ from scenes.errors import InputError
 from scenes.features import Features
 from scenes.geometry import diffuse_reflectance
 from scenes.image import Float32, Float64
+from scenes.materials import Texture
 from scenes.mesh import Mesh
-from scenes.model import DiskLight, Eye, Scene, Texture
+from scenes.model import DiskLight, Scene
 from scenes.procedural import rotation_xyz
+from scenes.shapes import Eye
 
 if TYPE_CHECKING:
     import moderngl
@@ -105,13 +109,13 @@ def with_one_surface(eye: Eye, keratometric_index: float) -> EyeModel:
 def eye_uniforms(frame: Frame, eye: Eye, model: EyeModel) -> dict[str, Any]:
     """The uniforms of eye/uniforms.glsl, and the sensor's axes for shaders that make their own rays."""
     camera, rotation = frame.camera, rotation_xyz(eye.rotation_deg)
-    axes = {"view_right": camera.matrix[0, :3], "view_up": camera.matrix[1, :3]}
+    forward, right, up = ray_axes(camera)
+    axes = {"view_forward": forward, "view_right": right, "view_up": up}
     return {
         **{f"eyeball.{name}": value for name, value in asdict(model).items()},
         "view_origin": tuple(to_eye_frame(eye, camera.eye)),
         "eye_to_world": columns(rotation),
-        "view_forward": tuple(camera.forward @ rotation),
-        **{name: tuple(row @ rotation / (row @ row)) for name, row in axes.items()},
+        **{name: tuple(axis @ rotation) for name, axis in axes.items()},
     }
 
 
@@ -167,16 +171,6 @@ def diffuse_internal_reflectance(ior: float) -> float:
     sin2 = (1 - (1 - x) ** 2) / ior**2
     inside = np.sum(w * 2 * (1 - x) / ior**2 * fresnel_dielectric(np.sqrt(1 - sin2), 1 / ior))
     return float(inside + 1 - 1 / ior**2)
-
-
-def fresnel_dielectric(cos_i: Float64, eta: float) -> Float64:
-    """As F_dielectric of glsl/lib/fresnel.glsl, for arrays."""
-    cos2_t = 1 - (1 - cos_i**2) / eta**2
-    cos_t = np.sqrt(np.maximum(cos2_t, 0))
-    s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t)
-    p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t)
-    reflected: Float64 = np.where(cos2_t > 0, (s * s + p * p) / 2, 1.0)
-    return reflected
 
 
 def sky_pass(features: Features) -> Pass:

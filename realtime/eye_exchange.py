@@ -5,7 +5,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from realtime.eye import EyeModel, fresnel_dielectric
+from realtime.eye import EyeModel
+from realtime.fresnel import fresnel_dielectric
 from scenes.image import Float32, Float64
 
 RINGS, SECTORS = 16, 24

@@ -24,9 +24,11 @@ from scenes.errors import InputError
 from scenes.features import Features
 from scenes.geometry import diffuse_reflectance, texture_of
 from scenes.image import Float32, Float64
+from scenes.materials import Material, Texture
 from scenes.mesh import Interface, Mesh
-from scenes.model import Albedo, Diffuse, Scene, Texture, Translucent
+from scenes.model import Scene
 from scenes.topology import is_watertight, signed_volume
+from scenes.units import Albedo
 
 if TYPE_CHECKING:
     import moderngl
@@ -123,11 +125,12 @@ class Frame:
         made.repeat_x = made.repeat_y = True
         return made
 
-    def reflectance_texture(self, material: Diffuse | Translucent | Interface) -> moderngl.Texture:
+    def reflectance_texture(self, material: Material | Interface) -> moderngl.Texture:
         """What a material's surface reflects diffusely over (u, v); one texel if that is constant."""
-        return self._surface_texture(diffuse_reflectance(material))
+        return self.surface_texture(diffuse_reflectance(material))
 
-    def _surface_texture(self, values: Albedo | Texture) -> moderngl.Texture:
+    def surface_texture(self, values: Albedo | Texture) -> moderngl.Texture:
+        """Colours over (u, v); one texel if they are constant."""
         if isinstance(values, Texture):
             return self.filtered_texture(texture_of(self.scene, values)[::-1])
         return self.filtered_texture(np.array(values, dtype=np.float32).reshape(1, 1, 3))
@@ -207,8 +210,10 @@ class Frame:
         """Nearest and farthest planar depth that the sensor may see: the whole scene lies between."""
         centre, radius = self.bounds
         eye = np.array(self.scene.sensor.origin)
-        distance = float(np.linalg.norm(centre - eye))
-        return max(self.near_plane(eye), distance - 1.01 * radius), distance + 1.01 * radius
+        away = centre - eye
+        forward = np.array(self.scene.sensor.target) - eye
+        depth = float(away @ forward / np.linalg.norm(forward))
+        return max(self.near_plane(eye), depth - 1.01 * radius), float(np.linalg.norm(away)) + 1.01 * radius
 
     @cached_property
     def camera(self) -> Camera:
@@ -234,7 +239,7 @@ class Frame:
             self.context.buffer(vertices.tobytes()),
             self.context.buffer(np.ascontiguousarray(surface.faces, dtype=np.uint32).tobytes()),
             self.reflectance_texture(mesh.material),
-            self._surface_texture(mesh.pattern or (1.0, 1.0, 1.0)),
+            self.surface_texture(mesh.pattern or (1.0, 1.0, 1.0)),
         )
 
     def draw(

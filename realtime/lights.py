@@ -27,7 +27,8 @@ class Light:
     POINT: `place` is its position, `strength` its intensity [W/sr]. FACET: a piece of an emitting surface, `strength`
     its radiance times its area [W/sr], shining to the side of `axis`. PARALLEL: `axis` is where the light travels to,
     `strength` its irradiance [W/m²]. `source` tells the emitters apart. `mesh` is what it shines through, by name: the
-    surface of a ball that it stands for.
+    surface of a ball that it stands for. `emitter` is the name of the mesh that it is a part of, if there is one:
+    "emitter-" and the number of a disk, line or ball among the scene's emitters.
     """
 
     kind: int
@@ -37,6 +38,7 @@ class Light:
     area: float
     source: int
     mesh: str = ""
+    emitter: str = ""
 
 
 def lights_of(scene: Scene, meshes: tuple[Mesh, ...], facets: int) -> list[Light]:
@@ -55,12 +57,14 @@ def lights_of(scene: Scene, meshes: tuple[Mesh, ...], facets: int) -> list[Light
                 ball = balls[name]
                 strength = np.pi * ball.radius**2 / facets * np.array(ball.radiance)
                 places = np.array(ball.position) + POINTS_OF_RADIUS * ball.radius * directions(facets)
-                lights += [Light(POINT, place, zero, strength, 0.0, source, name) for place in places]
+                lights += [Light(POINT, place, zero, strength, 0.0, source, name, name) for place in places]
             case Mesh():
                 spread = facets_of(emitter.surface, facets)
                 strengths = np.array(emitter.radiance) * spread.area * _pattern(scene, emitter, spread.uvs)
                 facing = zip(spread.places, spread.normals, strengths, strict=True)
-                lights += [Light(FACET, p, n, strength, spread.area, source) for p, n, strength in facing]
+                lights += [
+                    Light(FACET, p, n, strength, spread.area, source, emitter=emitter.name) for p, n, strength in facing
+                ]
     return lights
 
 

@@ -1,4 +1,4 @@
-"""Techniques of a user: from a Python file, or from a fragment shader."""
+"""Techniques of a user: from a Python file, from a fragment shader, or a shipped one with another look."""
 
 import ast
 import re
@@ -14,12 +14,14 @@ from typing import Any
 from realtime.fragment import fragment_technique
 from realtime.frame import Frame
 from realtime.graph import Pass, plan
+from realtime.looks import read_look, technique_of
 from realtime.shader import GLSL, INCLUDE, STAGES, OwnShaders
 from realtime.technique import Technique
 from realtime.techniques import MODULES, OWN
+from realtime.techniques import technique as technique_named
 from scenes.checks import SettingValue
 from scenes.digest import digest_of, file_digest
-from scenes.errors import InputError, NoCompiler, NoGraphics, RenderError
+from scenes.errors import InputError, NoCompiler, NoGraphics, RenderError, unknown_name
 from scenes.features import Features
 from scenes.model import Scene
 from scenes.paths import shown_path
@@ -27,7 +29,8 @@ from scenes.paths import shown_path
 NAME = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")
 FILE_NAME = re.compile(r"[\w./ -]{1,200}")
 FRAGMENT_SUFFIXES = (".frag", ".glsl")
-KINDS = "a Python file (.py) or a fragment shader (.frag, .glsl)"
+LOOK_SUFFIX = ".toml"
+KINDS = "a Python file (.py), a fragment shader (.frag, .glsl) or a look (.toml)"
 
 Passes = Callable[[Scene, Features, Mapping[str, SettingValue]], list[Pass]]
 
@@ -65,14 +68,14 @@ def load_own(path: Path) -> tuple[str, ...]:
         There is no such file, it cannot be executed, it does not describe techniques, or a name is taken.
     """
     path = path.resolve()
-    if path.suffix not in (".py", *FRAGMENT_SUFFIXES) or not path.is_file():
+    if path.suffix not in (".py", *FRAGMENT_SUFFIXES, LOOK_SUFFIX) or not path.is_file():
         raise InputError(f"'{shown_path(path)}' is no file that may hold a technique. Name {KINDS}.")
     text = _read(path)
     shaders, others = _belongings(path, text)
     digest = digest_of(path.name, text, shaders.texts, [file_digest(path.parent / other) for other in others])
     if path in _files and _files[path].digest == digest:
         return _files[path].names
-    found = _from_python(path, text) if path.suffix == ".py" else fragment_technique(path.name, shaders)
+    found = _techniques_in(path, text, shaders)
     _forget(path)
     for technique in found:
         _require_free(technique.name, path)
@@ -81,6 +84,17 @@ def load_own(path: Path) -> tuple[str, ...]:
     names = tuple(technique.name for technique in found)
     _files[path] = _File(names, digest, tuple(sorted({path.name, *shaders.texts, *others})))
     return names
+
+
+def _techniques_in(path: Path, text: str, shaders: OwnShaders) -> tuple[Technique, ...]:
+    if path.suffix == ".py":
+        return _from_python(path, text)
+    if path.suffix == LOOK_SUFFIX:
+        look = read_look(text, shown_path(path))
+        if look.technique not in MODULES:
+            raise InputError(f"{shown_path(path)}: {unknown_name('technique that ships', look.technique, MODULES)}")
+        return (technique_of(look, technique_named(look.technique), shown_path(path)),)
+    return fragment_technique(path.name, shaders)
 
 
 def own_files() -> tuple[Path, ...]:
@@ -175,6 +189,8 @@ def _read(path: Path) -> str:
 
 def _belongings(path: Path, text: str) -> tuple[OwnShaders, list[str]]:
     """The shaders that belong to a technique, and its other files, by their path relative to it."""
+    if path.suffix == LOOK_SUFFIX:
+        return OwnShaders(path.parent, {}), []
     if path.suffix != ".py":
         return OwnShaders(path.parent, _with_includes(path.parent, [path.name])), []
     beside = [name for name in _names_in(path, text) if (path.parent / name).is_file()]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from realtime.frame import Frame
 from realtime.graph import Pass
 from realtime.lights import PARALLEL, Light, light_rows, lights_of
 from scenes.errors import InputError
+from scenes.mesh import Mesh
 
 if TYPE_CHECKING:
     import moderngl
@@ -34,11 +36,16 @@ def scene_lights(frame: Frame, facets: int) -> list[Light]:
     return frame.once(("lights", facets), lambda: lights_of(frame.scene, frame.meshes, facets))
 
 
-def shadow_pass(side: int, skip: str = "") -> Pass:
-    """`side` texels along each edge of a tile."""
+def is_outside(light: Light, mesh: Mesh) -> bool:
+    """Whether a mesh may hide a light: all but the one that the light shines through."""
+    return mesh.name != light.mesh
+
+
+def shadow_pass(side: int, skip: str = "", casts: Callable[[Light, Mesh], bool] = is_outside) -> Pass:
+    """`side` texels along each edge of a tile; `casts` tells which meshes are in a light's maps."""
     return Pass(
         "shadow atlas",
-        lambda frame: _draw(frame, side),
+        lambda frame: _draw(frame, side, casts),
         reads=("lights",),
         writes=("shadow_atlas",),
         skip=skip,
@@ -71,7 +78,7 @@ def strip_corners(count: int, side: int, largest: int) -> list[tuple[int, int]]:
     return [(i // rows * 6 * side, i % rows * side) for i in range(count)]
 
 
-def _draw(frame: Frame, side: int) -> None:
+def _draw(frame: Frame, side: int, casts: Callable[[Light, Mesh], bool]) -> None:
     lights: list[Light] = frame.resources["lights"]
     atlas, corners = _empty_atlas(frame, lights, side)
     framebuffer = frame.context.framebuffer([atlas.texture], frame.context.depth_renderbuffer(atlas.texture.size))
@@ -83,7 +90,7 @@ def _draw(frame: Frame, side: int) -> None:
         for tile, camera in enumerate(_cameras(frame, light)):
             framebuffer.viewport = (x + tile * side, y, side, side)
             shader["parallel"] = light.kind == PARALLEL
-            frame.draw(shader, camera, lambda mesh, own=light.mesh: mesh.name != own)  # type: ignore[misc]
+            frame.draw(shader, camera, lambda mesh, own=light: casts(own, mesh))  # type: ignore[misc]
     frame.resources["shadow_atlas"] = atlas
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from realtime.frame import Frame
 from scenes.exr import read_exr
-from scenes.image import Float32
+from scenes.image import Float32, Float64
 from scenes.model import ConstantLight, EnvironmentLight, Scene
 
 if TYPE_CHECKING:
@@ -24,6 +24,16 @@ def sky_pixels(scene: Scene) -> Float32:
         elif isinstance(emitter, EnvironmentLight):
             total = total + np.float32(emitter.scale) * read_exr(scene.folder / emitter.path).pixels[..., :3]
     return np.ascontiguousarray(total)
+
+
+def sky_directions(height: int, width: int) -> tuple[Float64, Float64]:
+    """Where each pixel of a latitude-longitude image lies (H * W, 3), and its solid angle; see glsl/lib/sky.glsl."""
+    down, around = np.pi * np.arange(height) / (height - 1), 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
+    edges = np.cos(np.clip(down[:, None] + np.pi / (height - 1) * np.array([-0.5, 0.5]), 0, np.pi))
+    solid_angles = np.repeat((edges[:, 0] - edges[:, 1]) * 2 * np.pi / width, width)
+    x, z = np.sin(down)[:, None] * np.sin(around), -np.sin(down)[:, None] * np.cos(around)
+    y = np.broadcast_to(np.cos(down)[:, None], x.shape)
+    return np.stack([x, y, z], axis=-1).reshape(-1, 3), solid_angles
 
 
 def sky_texture(frame: Frame) -> moderngl.Texture:

@@ -15,8 +15,8 @@ from realtime.lights import facets_of
 from scenes.features import Features
 from scenes.geometry import diffuse_reflectance, texture_of
 from scenes.image import Float32, Float64
+from scenes.materials import Texture
 from scenes.mesh import Mesh
-from scenes.model import Texture
 
 if TYPE_CHECKING:
     import moderngl

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from realtime.graph import Pass
@@ -11,6 +11,9 @@ from scenes.checks import SettingValue
 from scenes.errors import InputError
 from scenes.features import Features
 from scenes.model import Scene
+
+LOOK = "look"
+"""The name of the parameter that chooses among the looks of a technique that has some."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,10 @@ class Technique:
     `passes` gets the scene, its features and the settings, and returns the passes in order; the last ones write
     `image`. `source` is a key of the bibliography, or for a user's technique any text. `channels` picks the quantity
     out of the four channels of `image`. `shaders` are the files that a user's technique brings; loading it sets them.
+
+    `sliders` are more numbers than a report could show or a benchmark sweep. A look sets them together: `looks` holds
+    the values of each, by its name, and the defaults stand for what a look does not say. Settings may override them.
+    `look_of` is the name of the technique that a user's own look makes this one of.
     """
 
     name: str
@@ -50,21 +57,29 @@ class Technique:
     channels: tuple[int, ...] = (0, 1, 2)
     grid: int = 2
     shaders: OwnShaders = NO_SHADERS
+    sliders: tuple[Parameter, ...] = ()
+    looks: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    look_of: str = ""
+
+    @property
+    def settable(self) -> tuple[Parameter, ...]:
+        """Parameters and sliders."""
+        return (*self.parameters, *self.sliders)
 
     def settings(self, given: Mapping[str, SettingValue]) -> dict[str, Any]:
-        """The defaults, overridden by what is given.
+        """The defaults, overridden by the look that is chosen, overridden by what is given.
 
         Raises
         ------
         InputError
             A name that is no parameter, or a value of another type, out of bounds, or not among the choices.
         """
-        known = {p.name: p for p in self.parameters}
+        known = {p.name: p for p in self.settable}
         for name, value in given.items():
             if name not in known:
-                raise InputError(
-                    f"Technique '{self.name}' has no setting '{name}'. It has: {', '.join(known) or 'none'}."
-                )
+                names = ", ".join(p.name for p in self.parameters) or "none"
+                sliders = f", and the sliders of a look, such as {self.sliders[0].name}" if self.sliders else ""
+                raise InputError(f"Technique '{self.name}' has no setting '{name}'. It has: {names}{sliders}.")
             default = known[name].default
             number = isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool)
             if type(value) is not type(default) and not number:
@@ -79,4 +94,6 @@ class Technique:
                     raise InputError(f"Setting '{name}' of '{self.name}' is {value!r}; allowed: {allowed}.")
             elif not least <= value <= most:
                 raise InputError(f"Setting '{name}' of '{self.name}' is {value!r}; {least:g} to {most:g} is allowed.")
-        return {p.name: given.get(p.name, p.default) for p in self.parameters}
+        chosen = {p.name: given.get(p.name, p.default) for p in self.parameters}
+        look = self.looks.get(str(chosen.get(LOOK)), {})
+        return chosen | {p.name: given.get(p.name, look.get(p.name, p.default)) for p in self.sliders}

@@ -25,12 +25,13 @@ from reference.quantity import Integrator, Quantity
 from reference.start import CHOICE, VARIANTS, variant
 from reference.store import Shelf, Store
 from reference.studio import Launch, Progress, Studio
-from scenes import geometry
+from scenes import geometry, relief
 from scenes.digest import code_digest, scene_parts, with_imports
 from scenes.errors import InputError, SceneError
 from scenes.features import Features
 from scenes.image import Bool, Float32, Image, require_finite
 from scenes.model import MOST_SPP, PIXEL_GRID, Scene
+from scenes.shapes import FieldName, Relief
 
 ACCUMULATORS = 16
 """Independent images: enough for a variance that is itself known to about 18 %."""
@@ -38,6 +39,10 @@ ACCUMULATORS = 16
 TWO_SCENES = {("thickness", True), ("visibility", False)}
 """Quantities, and whether the truth is exact, whose rays need two scenes in one kernel: that of a body by itself, or of
 what hides a light. On CUDA, Dr.Jit 1.5 leaves one out with no more than a warning, and all light is visible."""
+
+DIM_HAIR = ("hair_radiance", "full_radiance")
+"""Quantities whose light goes from hair to hair. On CUDA a part of it is lost in OptiX' curves: a white furnace of 400
+hairs is 1.8 % too dark, and light hair in thousands 10 to 35 %."""
 
 LARGEST_BLOCK = 256
 """Samples a pixel of the largest block: float32 sums of more than 1024 are biased."""
@@ -74,7 +79,23 @@ class Truth:
         return len(self.accumulators) == 1
 
 
-SHAPE_MODULES = ("bodies", "eyes", "features", "geometry", "media", "mesh_files", "procedural", "srgb", "topology")
+SHAPE_MODULES = (
+    "bodies",
+    "distances",
+    "eyes",
+    "features",
+    "geometry",
+    "grooming",
+    "heads",
+    "limbs",
+    "media",
+    "mesh_files",
+    "metals",
+    "procedural",
+    "relief",
+    "srgb",
+    "topology",
+)
 """The modules of `scenes` that decide what a renderer gets."""
 
 
@@ -94,9 +115,21 @@ def versions() -> dict[str, str]:
     return {"variant": variant()} | {name: importlib.metadata.version(name) for name in ("mitsuba", "drjit")}
 
 
+@cache
+def _field_digest(name: FieldName, resolution: int, seed: int) -> str:
+    """What a height field by name is here: numpy, scipy, Pillow and scikit-image make it, which do not promise it."""
+    return hashlib.sha256(relief.field(name, resolution, seed).tobytes()).hexdigest()
+
+
+def _fields(scene: Scene) -> list[str]:
+    reliefs = [shape for shape in scene.shapes if isinstance(shape, Relief)]
+    named = [(shape.heights, shape.resolution, shape.seed) for shape in reliefs if isinstance(shape.heights, str)]
+    return [_field_digest(*field) for field in named]
+
+
 def truth_parts(scene: Scene, name: str) -> dict[str, Any]:
     """Everything that the truth of a quantity depends on, and nothing else."""
-    found = quantity(name)
+    found, fields = quantity(name), _fields(scene)
     blocks = {
         "accumulators": ACCUMULATORS,
         "largest_block": LARGEST_BLOCK,
@@ -109,6 +142,7 @@ def truth_parts(scene: Scene, name: str) -> dict[str, Any]:
         "pixel_grid": PIXEL_GRID,
         "scene": scene_parts(scene),
         "renderer": versions(),
+        **({"height_fields": fields} if fields else {}),
         **(blocks if found.is_sampled else {}),
     }
 
@@ -203,6 +237,11 @@ class Reference:
             raise InputError(
                 f"Scene '{self.scene.name}': the truth of {name} cannot be rendered with {variant()}: its rays need "
                 f"two scenes at once, which Dr.Jit does not trace on CUDA. Unset {CHOICE} to render with {VARIANTS[0]}."
+            )
+        if variant().startswith("cuda") and name in DIM_HAIR and self.features.has_hair:
+            raise InputError(
+                f"Scene '{self.scene.name}': the truth of {name} cannot be rendered with {variant()}: among hairs it "
+                f"loses light, up to a third of it. Unset {CHOICE} to render with {VARIANTS[0]}."
             )
 
     def require_unchanged(self) -> None:

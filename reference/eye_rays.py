@@ -17,8 +17,9 @@ import numpy as np
 from scenes import eyes
 from scenes.errors import SceneError
 from scenes.image import Bool, Float32, Float64
-from scenes.model import PIXEL_GRID, DiskLight, Eye, Perspective, Scene
+from scenes.model import PIXEL_GRID, DiskLight, Perspective, Scene
 from scenes.procedural import rotation_xyz
+from scenes.shapes import Eye
 
 Y = 1
 RAYS_AT_ONCE = 1 << 18

@@ -1,12 +1,11 @@
 """Closed bodies that light shines through: a slab, a wedge, a finger, a ring, an ear. And a glowing tube."""
 
 import math
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from scenes.distances import ellipsoid_bound, gradient, isosurface, smooth_union, vesica
 from scenes.errors import SceneError
 from scenes.image import Float64
 from scenes.mesh import Surface
@@ -116,16 +115,12 @@ def ear(height: float, membrane: float, cells: int) -> Surface:
     return make_surface(height * positions, normals, uvs, faces)
 
 
-Field = Callable[[Float64, Float64, Float64], Float64]
-"""A signed distance, negative inside, of coordinates x, y, z of shapes that broadcast."""
-
-
 def _ear_distance(x: Float64, y: Float64, z: Float64, thickness: float) -> Float64:
     """The ear of height 1, with a dish that is `thickness` thick; a bound on the distance but close to the surface."""
-    beyond_outline = np.maximum(_vesica(x, y) + 0.5 * thickness, 0)
+    beyond_outline = np.maximum(vesica(x, y, (EAR_WIDTH, 1.0), EAR_TIP_RADIUS) + 0.5 * thickness, 0)
     membrane = np.hypot(_torus_patch(x, y, z), beyond_outline) - 0.5 * thickness
-    body = _ellipsoid_bound(x, y - EAR_BODY_CENTRE[1], z - EAR_BODY_CENTRE[2], EAR_BODY_RADII)
-    return _smooth_union(membrane, body, EAR_BLEND)
+    body = ellipsoid_bound(x, y - EAR_BODY_CENTRE[1], z - EAR_BODY_CENTRE[2], EAR_BODY_RADII)
+    return smooth_union(membrane, body, EAR_BLEND)
 
 
 def _torus_patch(x: Float64, y: Float64, z: Float64) -> Float64:
@@ -133,63 +128,3 @@ def _torus_patch(x: Float64, y: Float64, z: Float64) -> Float64:
     across, along = EAR_BEND_RADII
     distance: Float64 = np.hypot(x, np.hypot(y, z - along) - (along - across)) - across
     return distance
-
-
-def _vesica(x: Float64, y: Float64) -> Float64:
-    """The signed distance in the plane to the lens that two circles share, with its tips rounded: 1 tall along y.
-
-    Quilez 2020, "2D distance functions", vesica.
-    """
-    half_height, half_width = 0.5 - EAR_TIP_RADIUS, 0.5 * EAR_WIDTH - EAR_TIP_RADIUS
-    offset = 0.5 * (half_height**2 / half_width - half_width)
-    x, y = np.abs(x), np.abs(y)
-    to_tip, to_side = np.hypot(x, y - half_height), np.hypot(x + offset, y) - (offset + half_width)
-    distance: Float64 = np.where((y - half_height) * offset > x * half_height, to_tip, to_side) - EAR_TIP_RADIUS
-    return distance
-
-
-def _ellipsoid_bound(x: Float64, y: Float64, z: Float64, radii: tuple[float, float, float]) -> Float64:
-    """An ellipsoid's distance to first order close to it. Quilez 2008, "Ellipsoid SDF"."""
-    a, b, c = radii
-    k0 = np.sqrt((x / a) ** 2 + (y / b) ** 2 + (z / c) ** 2)
-    k1 = np.sqrt((x / a**2) ** 2 + (y / b**2) ** 2 + (z / c**2) ** 2)
-    distance: Float64 = k0 * (k0 - 1) / np.maximum(k1, 1e-12)  # at the centre both vanish; there only the sign counts
-    return distance
-
-
-def _smooth_union(a: Float64, b: Float64, radius: float) -> Float64:
-    """The smaller of two distances, rounded where they differ by less than `radius`.
-
-    Quilez 2013, "Smooth minimum", quadratic polynomial.
-    """
-    overlap = np.maximum(radius - np.abs(a - b), 0) / radius
-    return np.minimum(a, b) - 0.25 * radius * overlap**2
-
-
-def isosurface(field: Field, axes: list[Float64]) -> tuple[Float64, NDArray[np.integer]]:
-    """Vertices (V, 3) and outward faces (F, 3) of a field's zero set on an even grid with these coordinates.
-
-    Lewiner et al. 2003, "Efficient implementation of marching cubes' cases with topological guarantees". A sample of
-    exactly 0 would collapse triangles into a vertex, so that none is left closer to 0 than a thousandth of a cell.
-    """
-    from skimage.measure import marching_cubes
-
-    x, y, z = axes
-    cell = x[1] - x[0]
-    samples = np.empty((len(x), len(y), len(z)), dtype=np.float32)
-    for i, at in enumerate(x):
-        samples[i] = field(at, y[:, None], z[None, :])
-    least = 1e-3 * cell
-    is_close = np.abs(samples) < least
-    samples[is_close] = np.copysign(least, samples[is_close])
-    vertices, faces, _, _ = marching_cubes(samples, 0.0, gradient_direction="descent")
-    origin = np.array([x[0], y[0], z[0]])
-    return origin + cell * vertices.astype(np.float64), faces
-
-
-def gradient(field: Field, points: Float64, step: float) -> Float64:
-    """The gradient (V, 3) of a field at points (V, 3), by central differences."""
-    differences: list[Float64] = [
-        field(*(points + offset).T) - field(*(points - offset).T) for offset in step * np.eye(3)
-    ]
-    return np.stack(differences, axis=1) / (2 * step)

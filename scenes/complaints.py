@@ -130,7 +130,7 @@ def _place(location: tuple[str | int, ...], document: dict[str, Any]) -> Place:
         elif len(branches) > 1:
             fitting = [branch for branch in branches if _fits(value, branch)]
             is_another_branch = len(fitting) > 0
-            schema = fitting[0] if fitting else schema
+            schema = fitting[0] if fitting and "enum" not in fitting[0] else schema  # a text may be meant for a table
         else:
             path = (*path, part)
             schema = _child(branches[0], part)
@@ -201,8 +201,9 @@ def _described_array(schema: Schema) -> str:
     elements = schema.get("prefixItems")
     if elements:
         return f"an array of {len(elements)}, each {_described(elements[0])}"
-    least = schema.get("minItems", 0)
-    return f"an array{f' of at least {least}' if least else ''}, each {_described(schema['items'])}"
+    limits = [("at least", schema.get("minItems", 0)), ("at most", schema.get("maxItems", 0))]
+    size = " and ".join(f"{which} {count}" for which, count in limits if count)
+    return f"an array{f' of {size}' if size else ''}, each {_described(schema['items'])}"
 
 
 def _described_text(schema: Schema) -> str:

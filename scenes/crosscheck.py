@@ -7,18 +7,20 @@ every problem at once.
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import ValidationError
 
 from scenes.complaints import Complaint, shown, suggestion
 from scenes.eyes import eye_problem
 from scenes.geometry import TEXTURE_SUFFIXES
+from scenes.grooming import HAIRY
 from scenes.lines import KeyPath
+from scenes.materials import Material
 from scenes.media import MEDIA
 from scenes.mesh_files import SUFFIXES as MESH_SUFFIXES
-from scenes.model import Eye, ShapeBase, TorusKnot
 from scenes.procedural import knot_problem
+from scenes.shapes import Eye, Shape, ShapeBase, TorusKnot
 
 Document = dict[str, Any]
 Row = tuple[KeyPath, dict[str, Any]]
@@ -37,6 +39,8 @@ def cross_check(document: Document, folder: Path) -> list[Complaint]:
         _shape_names,
         _subject,
         _area_lights,
+        _hair,
+        _fibres,
         _knots,
         _repeated_checks,
     ]
@@ -59,8 +63,33 @@ def _texts(rows: list[Row], key: str) -> Iterator[tuple[KeyPath, str]]:
             yield (*path, key), table[key]
 
 
+def _tags(union: Any) -> tuple[str, ...]:
+    """The types that tell the tables of a discriminated union apart."""
+    tables = get_args(get_args(union)[0])
+    return tuple(tag for table in tables for tag in get_args(table.model_fields["type"].annotation))
+
+
+MATERIAL_TYPES, SHAPE_TYPES = _tags(Material), _tags(Shape)
+
+
+def _material_types(document: Document) -> dict[str, str]:
+    """The types of materials by name, without those of no known type: the schema has complaints about these."""
+    materials = _texts(_rows(document, "materials"), "type")
+    return {str(path[-2]): kind for path, kind in materials if kind in MATERIAL_TYPES}
+
+
+def _shape_types(document: Document) -> dict[str, str]:
+    """As `_material_types`, for shapes."""
+    shapes = [table for _, table in _rows(document, "shapes") if isinstance(table.get("name"), str)]
+    return {table["name"]: table["type"] for table in shapes if table.get("type") in SHAPE_TYPES}
+
+
 def _shape_list(document: Document) -> list[str]:
     return list(dict.fromkeys(name for _, name in _texts(_rows(document, "shapes"), "name")))
+
+
+def _material_list(document: Document) -> list[str]:
+    return [str(path[-1]) for path, _ in _rows(document, "materials")]
 
 
 def _unknown(path: KeyPath, kind: str, name: str, known: list[str]) -> Complaint:
@@ -87,7 +116,7 @@ def _wall_materials(document: Document) -> Iterator[tuple[KeyPath, str]]:
 
 
 def _material_names(document: Document) -> Iterator[Complaint]:
-    known = [str(path[-1]) for path, _ in _rows(document, "materials")]
+    known = _material_list(document)
     shapes = _rows(document, "shapes")
     named = [*_texts(shapes, "material"), *_texts(_rows(document, "shapes", "eye"), "iris")]
     used = [*named, *_wall_materials(document)]
@@ -100,8 +129,8 @@ def _media(document: Document) -> Iterator[Complaint]:
 
 
 def _open_bodies(document: Document) -> Iterator[Complaint]:
-    """Translucent rooms and rectangles. A mesh file may be open: its faces are counted where it is seen."""
-    open_shapes = [*_rows(document, "shapes", "rectangle"), *_rows(document, "shapes", "room")]
+    """Translucent rooms, rectangles and reliefs. A mesh file may be open: its faces are counted where it is seen."""
+    open_shapes = [row for kind in ("rectangle", "room", "relief") for row in _rows(document, "shapes", kind)]
     translucent = _translucent_materials(document)
     for path, name in [*_texts(open_shapes, "material"), *_wall_materials(document)]:
         if name in translucent:
@@ -112,28 +141,33 @@ def _open_bodies(document: Document) -> Iterator[Complaint]:
 
 def _eyes(document: Document) -> Iterator[Complaint]:
     eyes = _rows(document, "shapes", "eye")
-    translucent = _translucent_materials(document)
+    kinds = _material_types(document)
     for key in ("material", "iris"):
         for path, name in _texts(eyes, key):
-            if name in translucent:
-                yield Complaint(path, f'the translucent material "{name}"', "a diffuse one, as parts of an eye have")
+            if kinds.get(name, "diffuse") != "diffuse":
+                found = f'the {kinds[name]} material "{name}"'
+                yield Complaint(path, found, "a diffuse one, as parts of an eye have")
     for path, table in eyes:
         eye = _valid(Eye, table)
         problem = eye_problem(eye) if eye is not None else None
         if problem is not None:
             yield Complaint(path, *problem)
-    yield from (Complaint(path, "a second eye", "one eye in a scene") for path, _ in eyes[1:])
 
 
 def _translucent_materials(document: Document) -> set[str]:
     return {str(path[-1]) for path, _ in _rows(document, "materials", "translucent")}
 
 
-def _shapes_that_light_passes(document: Document) -> set[str]:
-    shapes = _rows(document, "shapes")
-    translucent = _translucent_materials(document)
-    bodies = [shape for shape in shapes for _, name in _texts([shape], "material") if name in translucent]
-    return {name for _, name in _texts([*bodies, *_rows(document, "shapes", "eye")], "name")}
+def _shapes_that_cannot_shine(document: Document) -> dict[str, str]:
+    """Names of shapes that are eyes or not diffuse, and why each of them cannot be a lamp."""
+    kinds = _material_types(document)
+    reasons = {name: "which is an eye" for _, name in _texts(_rows(document, "shapes", "eye"), "name")}
+    for path, table in _rows(document, "shapes"):
+        used = [*_texts([(path, table)], "material"), *_wall_materials({"shapes": [table]})]
+        others = sorted({kinds.get(name, "diffuse") for _, name in used} - {"diffuse"})
+        if others:
+            reasons |= {name: f"whose material is {others[0]}" for _, name in _texts([(path, table)], "name")}
+    return reasons
 
 
 ShapeType = TypeVar("ShapeType", bound=ShapeBase)
@@ -171,16 +205,45 @@ def _subject(document: Document) -> Iterator[Complaint]:
 
 def _area_lights(document: Document) -> Iterator[Complaint]:
     known = _shape_list(document)
-    clear = _shapes_that_light_passes(document)
+    unfit = _shapes_that_cannot_shine(document)
     lit = list(_texts(_rows(document, "emitters", "area"), "shape"))
     for path, name in lit:
         if name not in known:
             yield _unknown(path, "shape", name, known)
-        elif name in clear:
-            yield Complaint(
-                path, f'an area light on "{name}", which light passes', "shapes of diffuse material that are no eyes"
-            )
+        elif name in unfit:
+            found = f'an area light on "{name}", {unfit[name]}'
+            yield Complaint(path, found, "shapes of diffuse material that are no eyes")
     yield from _repeated(iter(lit), "an area light on")
+
+
+def _hair(document: Document) -> Iterator[Complaint]:
+    """Hair grows on a shape that has a chart, of a fibre, from a region that has an area."""
+    hair = _rows(document, "hair")
+    shapes, shape_types = _shape_list(document), _shape_types(document)
+    materials, material_types = _material_list(document), _material_types(document)
+    yield from _repeated(_texts(hair, "name"), "the hair")
+    for path, name in _texts(hair, "on"):
+        if name not in shapes:
+            yield _unknown(path, "shape", name, shapes)
+        elif (kind := shape_types.get(name, HAIRY[0])) not in HAIRY:
+            yield Complaint(path, f'"{name}", a shape of the type "{kind}"', f"shapes of {', '.join(HAIRY)}")
+    for path, name in _texts(hair, "material"):
+        if name not in materials:
+            yield _unknown(path, "material", name, materials)
+        elif (kind := material_types.get(name, "fibre")) != "fibre":
+            yield Complaint(path, f'the {kind} material "{name}"', "a fibre, which is what hair is made of")
+    for path, table in hair:
+        region = table.get("region")
+        if isinstance(region, list) and len(region) == 4 and (region[0] == region[2] or region[1] == region[3]):
+            yield Complaint((*path, "region"), f"the region {shown(region)} without an area", "two opposite corners")
+
+
+def _fibres(document: Document) -> Iterator[Complaint]:
+    fibres = {str(path[-1]) for path, _ in _rows(document, "materials", "fibre")}
+    shapes = [row for row in _rows(document, "shapes") if row[1].get("type") != "eye"]
+    for path, name in [*_texts(shapes, "material"), *_wall_materials(document)]:
+        if name in fibres:
+            yield Complaint(path, f'the fibre "{name}" on a shape', "any other material: fibres are for hair")
 
 
 def _knots(document: Document) -> Iterator[Complaint]:
@@ -223,6 +286,33 @@ def _files(document: Document, folder: Path) -> Iterator[Complaint]:
         for path, table in _rows(document, "emitters", "area")
         if isinstance(table.get("texture"), dict)
     ]
+    fields = [
+        ((*path, "heights"), table["heights"])
+        for path, table in _rows(document, "shapes", "relief")
+        if isinstance(table.get("heights"), dict)
+    ]
+    shares = [
+        ((*path, "weight"), table["weight"])
+        for path, table in _metals(materials)
+        if isinstance(table.get("weight"), dict)
+    ]
+    shares += [
+        ((*path, key), table[key])
+        for path, table in _rows(document, "hair")
+        for key in ("density", "kill", "length_map")
+        if isinstance(table.get(key), dict)
+    ]
+    textures += [
+        ((*path, "color"), table["color"])
+        for path, table in _rows(document, "hair")
+        if isinstance(table.get("color"), dict)
+    ]
+    for path, texture in shares:
+        if texture.get("color_space", "srgb") == "srgb":
+            yield Complaint((*path, "color_space"), '"srgb" for parts and factors', '"linear", as they are no colours')
+    for path, texture in fields:
+        if texture.get("color_space", "srgb") == "srgb":
+            yield Complaint((*path, "color_space"), '"srgb" for heights', '"linear", as heights are no colours')
     for path, texture in textures:
         file = texture.get("path")
         if isinstance(file, str) and file.lower().endswith(".exr") and texture.get("color_space", "srgb") == "srgb":
@@ -232,13 +322,21 @@ def _files(document: Document, folder: Path) -> Iterator[Complaint]:
                 '"linear", as an EXR holds linear values',
             )
     kinds = [
-        (textures, TEXTURE_SUFFIXES),
+        ([*textures, *fields, *shares], TEXTURE_SUFFIXES),
         (_rows(document, "shapes", "mesh"), MESH_SUFFIXES),
         (_rows(document, "emitters", "environment"), ENVIRONMENT_SUFFIXES),
     ]
     for rows, suffixes in kinds:
         for path, file in _texts(rows, "path"):
             yield from _file(path, file, folder, suffixes)
+
+
+def _metals(materials: list[Row]) -> Iterator[Row]:
+    for path, table in materials:
+        metals = table.get("metals")
+        for i, metal in enumerate(metals if isinstance(metals, list) else []):
+            if isinstance(metal, dict):
+                yield (*path, "metals", i), metal
 
 
 def _file(path: KeyPath, file: str, folder: Path, suffixes: tuple[str, ...]) -> Iterator[Complaint]:

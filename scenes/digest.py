@@ -13,7 +13,7 @@ from scenes.errors import SceneError
 from scenes.known import about
 from scenes.model import Scene
 
-IMAGE_PARTS = {"length_unit", "sensor", "materials", "shapes", "emitters", "subject"}
+IMAGE_PARTS = {"length_unit", "sensor", "materials", "shapes", "hair", "emitters", "subject"}
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 PACKAGES_FOLDER = Path(__file__).parents[1]
 FILE_NAME = re.compile(r"[\w*./-]+\.\w+")

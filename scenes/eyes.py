@@ -14,8 +14,8 @@ import numpy as np
 
 from scenes.image import Float64
 from scenes.mesh import Surface
-from scenes.model import Eye
 from scenes.procedural import revolved
+from scenes.shapes import Eye
 
 
 def limbus_height(eye: Eye) -> float:

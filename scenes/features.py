@@ -2,25 +2,22 @@
 
 from dataclasses import dataclass
 
-from scenes.geometry import diffuse_reflectance, is_convex, texture_of
+from scenes.geometry import diffuse_reflectance, is_convex, require_textures, texture_of
+from scenes.materials import Diffuse, Layered, Principled, Texture, Translucent
 from scenes.mesh import Mesh
 from scenes.model import (
     AreaLight,
     ConstantLight,
-    Diffuse,
     DirectionalLight,
     DiskLight,
     EnvironmentLight,
-    Eye,
     LineLight,
     PointLight,
     Scene,
-    Slab,
     SphereLight,
-    Texture,
     ThinLens,
-    Translucent,
 )
+from scenes.shapes import Eye, Relief, Slab
 
 
 @dataclass(frozen=True)
@@ -38,25 +35,43 @@ class Features:
     has_thin_lens: bool
     has_media: bool
     has_eye: bool
+    has_one_eye: bool
     subject_is_convex: bool
     subject_is_alone: bool
+    """Neither another surface, a lamp's included, nor hair is beside the subject."""
+
     subject_is_translucent: bool
     subject_is_slab: bool
     """The subject is one translucent slab and nothing else."""
 
     is_body_alone: bool
-    """Nothing but emitters that reflect nothing is beside the subject."""
+    """Nothing but emitters that reflect nothing is beside the subject, and no hair."""
 
     brightest_reflectance: float
-    """Highest diffuse reflectance of the surroundings: bounds how fast the light that bounces among them dies out."""
+    """Highest reflectance of the surroundings: bounds how fast the light that bounces among them dies out.
+
+    Of a layered or principled material it is 1, which is no less; of what light passes, 0.
+    """
 
     nothing_reflects: bool
-    """Every surface is black: what is seen is emitted."""
+    """Every surface is black and there is no hair: what is seen is emitted."""
 
     has_one_omni_light: bool
     """One point or sphere light, whatever else there is."""
 
     has_sphere_light: bool
+    has_layers: bool
+    """Something is of a layered or principled material."""
+
+    has_hair: bool
+    has_painted_hair: bool
+    """Some hair has a colour texture."""
+
+    subject_is_relief: bool
+    """The subject is one carved block and nothing else."""
+
+    has_other_than_diffuse: bool
+    """A medium, an eye, a layered material or hair: more than paths between Lambertian surfaces."""
 
     @property
     def has_local_or_directional_lights(self) -> bool:
@@ -64,12 +79,19 @@ class Features:
 
 
 def features_of(scene: Scene, meshes: tuple[Mesh, ...]) -> Features:
-    """Derive the features from the scene and its geometry."""
+    """Derive the features from the scene and its geometry.
+
+    Raises
+    ------
+    SceneError
+        A texture cannot be used, even one that is read only when a truth is rendered.
+    """
+    require_textures(scene)
     kinds = {type(e) for e in scene.emitters}
     surroundings = [m for m in meshes if not m.is_subject]
     subjects = [m for m in meshes if m.is_subject]
     is_translucent = bool(subjects) and all(isinstance(m.material, Translucent) for m in subjects)
-    brightest = max((_brightest(scene, m) for m in surroundings), default=0.0)
+    is_relief = _subject_types(scene) == [Relief]
     return Features(
         is_dark=not kinds,
         has_point_lights=PointLight in kinds,
@@ -82,15 +104,22 @@ def features_of(scene: Scene, meshes: tuple[Mesh, ...]) -> Features:
         has_thin_lens=isinstance(scene.sensor, ThinLens),
         has_media=any(isinstance(m.material, Translucent) for m in meshes),
         has_eye=any(isinstance(shape, Eye) for shape in scene.shapes),
-        subject_is_convex=len(subjects) == 1 and is_convex(subjects[0].surface),
-        subject_is_alone=not surroundings,
+        has_one_eye=sum(isinstance(shape, Eye) for shape in scene.shapes) == 1,
+        subject_is_convex=len(subjects) == 1 and not is_relief and is_convex(subjects[0].surface),
+        subject_is_alone=not surroundings and not scene.hair,
         subject_is_translucent=is_translucent,
         subject_is_slab=is_translucent and _subject_types(scene) == [Slab],
-        is_body_alone=all(m.radiance is not None for m in surroundings) and brightest == 0,
-        brightest_reflectance=brightest,
-        nothing_reflects=all(_reflects_nothing(scene, m) for m in meshes),
+        is_body_alone=not scene.hair
+        and all(m.radiance is not None and _reflects_nothing(scene, m) for m in surroundings),
+        brightest_reflectance=max((_brightest(scene, m) for m in surroundings), default=0.0),
+        nothing_reflects=not scene.hair and all(_reflects_nothing(scene, m) for m in meshes),
         has_one_omni_light=sum(isinstance(e, PointLight | SphereLight) for e in scene.emitters) == 1,
         has_sphere_light=SphereLight in kinds,
+        has_layers=any(isinstance(m.material, Layered | Principled) for m in meshes),
+        has_hair=bool(scene.hair),
+        has_painted_hair=any(hair.color is not None for hair in scene.hair),
+        subject_is_relief=is_relief,
+        has_other_than_diffuse=bool(scene.hair) or not all(isinstance(m.material, Diffuse) for m in meshes),
     )
 
 
@@ -103,6 +132,8 @@ def _reflects_nothing(scene: Scene, mesh: Mesh) -> bool:
 
 
 def _brightest(scene: Scene, mesh: Mesh) -> float:
+    if isinstance(mesh.material, Layered | Principled):
+        return 1.0
     reflectance = diffuse_reflectance(mesh.material)
     if isinstance(reflectance, Texture):
         return float(texture_of(scene, reflectance).max())

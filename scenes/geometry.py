@@ -7,41 +7,38 @@ from typing import assert_never
 
 import numpy as np
 
-from scenes import bodies, eyes, procedural, srgb
+from scenes import bodies, eyes, heads, limbs, procedural, relief, srgb
 from scenes.errors import ImageError, SceneError
 from scenes.exr import read_exr
 from scenes.image import Float32, Float64
+from scenes.materials import Diffuse, Layered, Material, Texture
 from scenes.mesh import Interface, Mesh, Surface
 from scenes.mesh_files import load_mesh
-from scenes.model import (
-    Albedo,
-    AreaLight,
+from scenes.model import AreaLight, DiskLight, LineLight, Scene, SphereLight
+from scenes.shapes import (
+    MOST_SAMPLES,
     Box,
     Capsule,
-    Diffuse,
-    DiskLight,
     DisplacedIcosphere,
     Ear,
     Ellipsoid,
     Eye,
-    LineLight,
+    Head,
+    Limb,
     MeshFile,
     Rectangle,
+    Relief,
     Room,
-    Scene,
     Shape,
     ShapeBase,
     Slab,
     Sphere,
-    SphereLight,
-    Texture,
     Torus,
     TorusKnot,
-    Translucent,
-    Vec3,
     Wedge,
 )
 from scenes.topology import is_watertight, signed_volume
+from scenes.units import Albedo, Vec3
 
 TEXTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".exr")
 EIGHT_BIT_MODES = ("1", "L", "LA", "P", "RGB", "RGBA")
@@ -99,14 +96,14 @@ def _meshes_of(scene: Scene, shape: Shape, light: AreaLight | None) -> Iterator[
         )
 
 
-def _material_of(scene: Scene, name: str) -> Diffuse | Translucent:
+def _material_of(scene: Scene, name: str) -> Material:
     if name not in scene.materials:
         raise SceneError(f'unknown material "{name}"; allowed: {", ".join(scene.materials) or "none is defined"}.')
     return scene.materials[name]
 
 
-def diffuse_reflectance(material: Diffuse | Translucent | Interface) -> Albedo | Texture:
-    """What a material's surface reflects diffusely: nothing, if light passes through it."""
+def diffuse_reflectance(material: Material | Interface) -> Albedo | Texture:
+    """The reflectance of a Lambertian surface; nothing for any other material."""
     return material.reflectance if isinstance(material, Diffuse) else (0.0, 0.0, 0.0)
 
 
@@ -135,6 +132,9 @@ OfOneSurface = (
     | Capsule
     | Torus
     | Ear
+    | Relief
+    | Limb
+    | Head
     | MeshFile
 )
 
@@ -165,6 +165,12 @@ def _surface_of(scene: Scene, shape: OfOneSurface) -> Surface:  # noqa: C901 - o
             return bodies.torus(shape.radius, shape.tube, shape.segments, shape.sides)
         case Ear():
             return bodies.ear(shape.height, shape.membrane, shape.cells)
+        case Relief():
+            return relief.relief(shape, heights_of(scene, shape))
+        case Limb():
+            return limbs.limb(shape).deformed
+        case Head():
+            return heads.head(shape.height, shape.cells)
         case MeshFile():
             return load_mesh(scene.folder / shape.path, shape.shading, shape.closed)
         case _:
@@ -213,12 +219,12 @@ def _basis(normal: Vec3) -> Float64:
 
 
 def texture_of(scene: Scene, texture: Texture) -> Float32:
-    """Linear reflectance (H, W, 3) in [0, 1], row 0 at the top, from a PNG, JPEG or EXR file.
+    """Linear values (H, W, 3) in [0, 1], such as reflectances, row 0 at the top, from a PNG, JPEG or EXR file.
 
     Raises
     ------
     SceneError
-        The file is missing, damaged or of another format, or holds something other than reflectances.
+        The file is missing, damaged or of another format, or holds something other than numbers from 0 to 1.
     """
     path = scene.folder / texture.path
     suffix = path.suffix.lower()
@@ -233,10 +239,39 @@ def texture_of(scene: Scene, texture: Texture) -> Float32:
     linear = srgb.decode(values) if texture.color_space == "srgb" else values
     if not ((linear >= 0) & (linear <= 1)).all():
         raise SceneError(
-            f"{path}: found reflectances from {linear.min():g} to {linear.max():g}; allowed is 0 to 1 without NaN. "
+            f"{path}: found values from {linear.min():g} to {linear.max():g}; allowed is 0 to 1 without NaN. "
             "Scale the texture."
         )
     return np.ascontiguousarray(linear, dtype=np.float32)
+
+
+def require_textures(scene: Scene) -> None:
+    """See that every texture of a scene can be used, whoever is to read it.
+
+    Raises
+    ------
+    SceneError
+        Some cannot; the message has one line for each.
+    """
+    problems: list[str] = []
+    for texture in dict.fromkeys(_textures(scene)):
+        try:
+            texture_of(scene, texture)
+        except SceneError as error:
+            problems.append(str(error))
+    if problems:
+        raise SceneError("\n".join(problems))
+
+
+def _textures(scene: Scene) -> Iterator[Texture]:
+    """Those of materials, lamps and hair; a relief reads its own."""
+    for material in scene.materials.values():
+        if isinstance(material, Diffuse | Layered) and isinstance(material.reflectance, Texture):
+            yield material.reflectance
+        if isinstance(material, Layered):
+            yield from (metal.weight for metal in material.metals if isinstance(metal.weight, Texture))
+    yield from (light.texture for light in scene.emitters if isinstance(light, AreaLight) and light.texture)
+    yield from (texture for hair in scene.hair for texture in hair.textures)
 
 
 def _linear_values(path: Path) -> Float64:
@@ -270,6 +305,26 @@ def _code_values(path: Path) -> Float64:
         raise SceneError(
             f"{path}: cannot be read as an image ({error}). Correct the path or replace the file."
         ) from error
+
+
+def heights_of(scene: Scene, shape: Relief) -> Float64:
+    """The samples (N, M) of a relief in [0, 1]: row 0 at v = 0, column 0 at u = 0.
+
+    Raises
+    ------
+    SceneError
+        The image that holds them cannot be used.
+    """
+    if isinstance(shape.heights, Texture):
+        image = texture_of(scene, shape.heights)
+        rows, columns = image.shape[:2]
+        if not (2 <= rows <= MOST_SAMPLES and 2 <= columns <= MOST_SAMPLES):
+            raise SceneError(
+                f"{scene.folder / shape.heights.path}: found {columns} x {rows} heights; allowed are 2 to "
+                f"{MOST_SAMPLES} along each side. Scale the image."
+            )
+        return np.ascontiguousarray(image[::-1, :, 0], dtype=np.float64)
+    return relief.field(shape.heights, shape.resolution, shape.seed)
 
 
 def is_convex(surface: Surface) -> bool:

@@ -26,24 +26,13 @@ from scenes import srgb
 from scenes.errors import InputError
 from scenes.geometry import geometry_of, texture_of
 from scenes.image import Float32, Float64
+from scenes.materials import Diffuse, Layered, Principled, Texture, Translucent
 from scenes.media import coefficients
 from scenes.mesh import Interface, Mesh
-from scenes.model import (
-    ConstantLight,
-    Diffuse,
-    DirectionalLight,
-    EnvironmentLight,
-    Eye,
-    Perspective,
-    PointLight,
-    Rgb,
-    Scene,
-    Texture,
-    ThinLens,
-    Translucent,
-    Vec3,
-)
+from scenes.model import ConstantLight, DirectionalLight, EnvironmentLight, Perspective, PointLight, Scene, ThinLens
 from scenes.procedural import normalised
+from scenes.shapes import Eye
+from scenes.units import Rgb, Vec3
 
 Json = dict[str, Any]
 
@@ -196,9 +185,9 @@ class _Draft:
         extensions: Json = {"KHR_materials_specular": {"specularFactor": 0.0}}
         material: Json = {"doubleSided": False}
         match mesh.material:
-            case Diffuse(reflectance=Texture() as texture):
+            case Diffuse(reflectance=Texture() as texture) | Layered(reflectance=Texture() as texture):
                 surface["baseColorTexture"] = {"index": self.texture(texture)}
-            case Diffuse(reflectance=reflectance):
+            case Diffuse(reflectance=reflectance) | Layered(reflectance=reflectance):
                 assert not isinstance(reflectance, Texture)
                 surface["baseColorFactor"] = [*reflectance, 1.0]
             case Translucent() as translucent:
@@ -206,12 +195,16 @@ class _Draft:
                 surface["baseColorFactor"] = [1.0, 1.0, 1.0, 1.0]
                 medium = {"type": "translucent", "sigma_a": sigma_a, "sigma_s": sigma_s}
                 material["extras"] = {"lightgauge": medium}
+            case Principled(base_color=color):
+                surface["baseColorFactor"] = [*color, 1.0]
             case Interface(ior=ior):
                 surface["roughnessFactor"] = 0.0
                 extensions = {
                     "KHR_materials_transmission": {"transmissionFactor": 1.0},
                     "KHR_materials_ior": {"ior": ior},
                 }
+        if isinstance(mesh.material, Layered | Principled):
+            material["extras"] = {"lightgauge": mesh.material.model_dump(mode="json")}
         if mesh.radiance is not None and max(mesh.radiance) > 0:
             strength = max(mesh.radiance)
             material["emissiveFactor"] = [c / strength for c in mesh.radiance]
@@ -298,6 +291,9 @@ def _extras(scene: Scene) -> Json:
         extras["emitters"] = [light.model_dump(mode="json") for light in skies]
     if eyes:
         extras["eyes"] = [eye.model_dump(mode="json") for eye in eyes]
+    if scene.hair:
+        extras["hair"] = [hair.model_dump(mode="json") for hair in scene.hair]
+    if eyes or scene.hair:
         extras["materials"] = {name: material.model_dump(mode="json") for name, material in scene.materials.items()}
     return extras
 
@@ -311,21 +307,37 @@ def _notes(scene: Scene) -> Iterator[str]:
     if isinstance(scene.sensor, ThinLens):
         yield (
             f"The camera has a lens of radius {scene.sensor.aperture_radius:g}, focused at "
-            f"{scene.sensor.focus_distance:g}: in the extras of its node. Quantities other than defocus_radiance look "
-            "through its centre."
+            f"{scene.sensor.focus_distance:g}: in the extras of its node. Quantities other than defocus_radiance and "
+            "full_radiance look through its centre."
         )
     kinds = {type(emitter) for emitter in scene.emitters}
     if kinds & {ConstantLight, EnvironmentLight}:
         yield "Light from infinitely far away (constant, environment) is in the extras of the scene."
     if any(isinstance(material, Translucent) for material in scene.materials.values()):
         yield "Translucent bodies are white shells; their sigma_a and sigma_s are in the extras of their material."
+    if any(isinstance(material, Layered | Principled) for material in scene.materials.values()):
+        yield "Layered and principled surfaces show their base alone; the rest is in the extras of their material."
     if any(isinstance(shape, Eye) for shape in scene.shapes):
         yield "An eye has its sclera and its cornea as meshes; iris and pupil are in the extras of the scene."
+    if scene.hair:
+        yield "Hair is no mesh here: what grows where, and its fibres, are in the extras of the scene."
+    if left_out := _files_left_out(scene):
+        yield f"The extras name files that are not in this one: {', '.join(left_out)}. They are beside the scene."
     if _has_texture(scene):
         yield "Textures are PNG of 8 bits, sRGB-encoded, filtered linearly, repeated."
 
 
+def _files_left_out(scene: Scene) -> list[str]:
+    """Paths of what the extras name and no mesh shows: parts of metals, irises, controls of hair, skies."""
+    parts = [metal.weight for it in scene.materials.values() if isinstance(it, Layered) for metal in it.metals]
+    irises = [scene.materials[shape.iris] for shape in scene.shapes if isinstance(shape, Eye)]
+    colors = [it.reflectance for it in irises if isinstance(it, Diffuse)]
+    controls = [texture for hair in scene.hair for texture in hair.textures]
+    textures = [it.path for it in [*parts, *colors, *controls] if isinstance(it, Texture)]
+    return sorted({*textures, *(light.path for light in scene.emitters if isinstance(light, EnvironmentLight))})
+
+
 def _has_texture(scene: Scene) -> bool:
-    reflected = [m.reflectance for m in scene.materials.values() if isinstance(m, Diffuse)]
+    reflected = [m.reflectance for m in scene.materials.values() if isinstance(m, Diffuse | Layered)]
     emitted = [getattr(emitter, "texture", None) for emitter in scene.emitters]
     return any(isinstance(it, Texture) for it in [*reflected, *emitted])

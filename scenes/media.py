@@ -7,7 +7,8 @@ import numpy as np
 
 from scenes.errors import unknown_name
 from scenes.image import Float64
-from scenes.model import Rgb, Translucent
+from scenes.materials import Translucent
+from scenes.units import Rgb
 
 PER_MM = {"mm": 1.0, "m": 1000.0}
 """What a coefficient per mm is per unit of length."""

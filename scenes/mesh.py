@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.image import Float32
-from scenes.model import Diffuse, Rgb, Texture, Translucent
+from scenes.materials import Material, Texture
+from scenes.units import Rgb
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class Mesh:
     name: str
     shape: str
     surface: Surface
-    material: Diffuse | Translucent | Interface
+    material: Material | Interface
     radiance: Rgb | None
     is_subject: bool
     pattern: Texture | None = None

@@ -9,7 +9,7 @@ from scenes.errors import SceneError
 from scenes.image import Float64
 from scenes.mesh import Surface
 from scenes.procedural import make_surface, normalised
-from scenes.topology import Integers, edge_faults, face_vectors, signed_volume, weld
+from scenes.topology import Integers, angle_weighted_normals, edge_faults, face_vectors, signed_volume, weld
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb")
 DRACO_HINT = "A GLB with Draco compression gives this too: export it without compression."
@@ -143,10 +143,7 @@ def _flat(soup: Soup) -> Surface:
 
 def _smooth(path: Path, soup: Soup, places: Integers) -> Surface:
     """Vertices that share a place share a normal; they stay apart only where their texture coordinates differ."""
-    face_normals = normalised(face_vectors(soup.positions, soup.faces))
-    weighted = _corner_angles(soup)[..., None] * face_normals[:, None]
-    sums = np.zeros((places.max() + 1, 3))
-    np.add.at(sums, places[soup.faces], weighted)
+    sums = angle_weighted_normals(soup.positions, soup.faces, places)
     used = np.unique(places[soup.faces])
     cancelled = np.linalg.norm(sums[used], axis=1) < 1e-6  # an angle sum of 1e-6 rad has no direction left in float32
     if cancelled.any():
@@ -159,13 +156,3 @@ def _smooth(path: Path, soup: Soup, places: Integers) -> Surface:
     vertices = soup.faces.reshape(-1)[first]
     normals = normalised(sums[unique[:, 0].astype(np.int64)])
     return make_surface(soup.positions[vertices], normals, soup.uvs[vertices], inverse.reshape(-1, 3))
-
-
-def _corner_angles(soup: Soup) -> Float64:
-    """The angle (F, 3) of each face at each of its corners, in radians."""
-    corners = soup.positions[soup.faces]
-    ahead = np.roll(corners, -1, axis=1) - corners
-    behind = np.roll(corners, 1, axis=1) - corners
-    doubled_area: Float64 = np.linalg.norm(np.cross(ahead, behind), axis=2)
-    angles: Float64 = np.arctan2(doubled_area, np.sum(ahead * behind, axis=2))
-    return angles

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from scenes.image import Float64
-from scenes.model import Scene, Vec3
+from scenes.model import Scene
+from scenes.units import Vec3
 
 POINTS = ("origin", "target", "position", "start", "end")
 """The fields of sensors, shapes and emitters that are points in space."""

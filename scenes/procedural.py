@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scenes.errors import SceneError
 from scenes.image import Float64
 from scenes.mesh import Surface
-from scenes.model import Vec3, WallName
+from scenes.shapes import WallName
+from scenes.units import Vec3
 
 Faces = NDArray[np.int64]
 

@@ -51,6 +51,28 @@ def face_vectors(positions: NDArray[np.floating], faces: Integers) -> Float64:
     return np.cross(b - a, c - a)
 
 
+def corner_angles(positions: Float64, faces: Integers) -> Float64:
+    """The angle (F, 3) of each face at each of its corners, in radians."""
+    corners = positions[faces]
+    ahead = np.roll(corners, -1, axis=1) - corners
+    behind = np.roll(corners, 1, axis=1) - corners
+    doubled_area: Float64 = np.linalg.norm(np.cross(ahead, behind), axis=2)
+    angles: Float64 = np.arctan2(doubled_area, np.sum(ahead * behind, axis=2))
+    return angles
+
+
+def angle_weighted_normals(positions: Float64, faces: Integers, places: Integers) -> Float64:
+    """For each place (P, 3) the sum of the unit normals of the faces around it, each times its angle there.
+
+    Thürmer and Wüthrich 1998, "Computing vertex normals from polygonal facets".
+    """
+    vectors = face_vectors(positions, faces)
+    unit = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    sums = np.zeros((places.max() + 1, 3))
+    np.add.at(sums, places[faces], corner_angles(positions, faces)[..., None] * unit[:, None])
+    return sums
+
+
 def surface_area(surface: Surface) -> float:
     """The sum of the faces' areas, in the square of the positions' unit."""
     return float(0.5 * np.linalg.norm(face_vectors(surface.positions, surface.faces), axis=1).sum())

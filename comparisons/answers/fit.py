@@ -11,12 +11,15 @@ from comparisons.difference import RELATIVE_MARGIN, error_named
 from comparisons.fit.fitting import Task, fit
 from comparisons.fit.gain import Gain
 from comparisons.fit.result import CARRIES_OVER, NO_GAIN, NOT_TESTED, UNDECIDED, WORSE, Fit, Fitted, Score
-from comparisons.fit.search import EVALUATIONS
+from comparisons.fit.search import EVALUATIONS, MANY
 from comparisons.fit.space import DECADE, parts_of
 from comparisons.metrics import Estimate
 from comparisons.report.numbers import format_interval, format_metric, format_number, format_seconds
 from comparisons.results import environment
 from comparisons.scene_files import find
+from realtime.looks import Look, look_of, look_text
+from realtime.own import LOOK_SUFFIX, NAME
+from realtime.technique import Technique
 from realtime.techniques import technique
 from reference.store import Store, write_text
 from reference.studio import Progress
@@ -44,6 +47,7 @@ class Asked:
     spp: int
     evaluations: int | None
     file: Path
+    look: Path | None = None
 
 
 def fit_lines(asked: Asked, store: Store, step: Progress) -> tuple[list[str], int]:
@@ -55,13 +59,46 @@ def fit_lines(asked: Asked, store: Store, step: Progress) -> tuple[list[str], in
         A technique, parameter, metric or scene is unknown or cannot be used, or nothing is to be fitted.
     """
     task = task_of(asked)
+    if asked.look is not None:
+        require_look(task.technique, asked.look)
     train, test = (_scenes(names) for names in (asked.on, asked.test))
     started = datetime.now(UTC).isoformat(timespec="seconds")
     found = fit(task, train, test, store, step)
     machine = environment(()) | {"gl_renderer": found.gl_renderer}
     content = found.to_json() | {"started": started, "environment": machine}
     write_text(asked.file, json.dumps(content, indent=1, allow_nan=False))
-    return [*lines_of(found), f"wrote {asked.file}"], OPEN if found.verdict == UNDECIDED else DECIDED
+    lines = [*lines_of(found), f"wrote {asked.file}"]
+    if asked.look is not None:
+        write_text(asked.look, look_text(_look(task, found, asked.look)))
+        lines.append(f"wrote {asked.look}: --technique {asked.look} makes it known as {_look_name(asked.look)}")
+    return lines, OPEN if found.verdict == UNDECIDED else DECIDED
+
+
+def require_look(subject: Technique, file: Path) -> None:
+    """See that what is fitted can be written as a look.
+
+    Raises
+    ------
+    InputError
+        The technique has no sliders, or the file's name makes no name for the look.
+    """
+    if not subject.sliders:
+        raise InputError(f"'{subject.name}' has no sliders, so that it has no look either. Leave out --look.")
+    if file.suffix != LOOK_SUFFIX or not NAME.fullmatch(_look_name(file)):
+        raise InputError(
+            f"'{file}' cannot hold a look, which is named after it. Give it the suffix {LOOK_SUFFIX}, and a name of "
+            "letters, digits, '_' and '-', such as suit.toml."
+        )
+
+
+def _look_name(file: Path) -> str:
+    return f"mine.{file.stem}"
+
+
+def _look(task: Task, found: Fit, file: Path) -> Look:
+    settings = task.technique.settings({**task.pinned, **found.settings})
+    names = ", ".join(score.scene for score in found.train)
+    return look_of(task.technique, _look_name(file), f"fitted by {_error(found)} to {names}", settings)
 
 
 def _scenes(names: tuple[str, ...]) -> list[Scene]:
@@ -89,7 +126,7 @@ def task_of(asked: Asked) -> Task:
         raise InputError("--spp and --evaluations count samples and drawings; at least 1 is allowed.")
     parts = parts_of(subject, asked.parameters, variant.settings)
     if not parts and not asked.with_exposure:
-        names = ", ".join(p.name for p in subject.parameters if p.name not in variant.settings)
+        names = ", ".join(p.name for p in subject.settable if p.name not in variant.settings)
         raise InputError(
             f"'{subject.name}' declares no constant as tuned by eye. Name what to fit with --parameters "
             f"(it has: {names or 'none'}), or fit the --exposure."
@@ -114,7 +151,10 @@ def lines_of(fit: Fit) -> Iterator[str]:
     yield from aligned([heading, *_score_rows("train", fit.train, fit), *_score_rows("test", fit.held_out, fit)])
     yield from _verdict(fit)
     yield from _remarks(fit)
-    yield f"for a check: {toml_of(fit)}"
+    if len(fit.parameters) <= MANY:
+        yield f"for a check: {toml_of(fit)}"
+    else:
+        yield f"for a check, {len(fit.parameters)} settings are too many: --look FILE keeps them as a look"
     yield f"{fit.drawings} images drawn in {format_seconds(fit.seconds)}"
 
 
@@ -199,7 +239,7 @@ def _disagreement(scores: tuple[Score, ...]) -> Iterator[str]:
 
 
 def _remarks(fit: Fit) -> Iterator[str]:
-    allowed = {parameter.name: parameter.bounds for parameter in technique(fit.technique).parameters}
+    allowed = {parameter.name: parameter.bounds for parameter in technique(fit.technique).settable}
     for p in fit.parameters:
         if not p.has_effect:
             yield f"{p.name} has no effect on the training scenes and was left at {_value(p.published)}."

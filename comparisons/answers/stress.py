@@ -208,4 +208,5 @@ def _news(outcome: Outcome) -> Iterator[str]:
 def found_at_last(outcome: Outcome) -> str:
     """What the last trial found, in words."""
     last = next((t for t in outcome.trials if t.magnitude == outcome.first_failing), outcome.trials[-1])
-    return last.fault or f"{last.error:.2g} {outcome.unit}; {outcome.tolerance:g} is allowed"
+    error = "infinitely many" if last.error is None else f"{last.error:.2g}"
+    return last.fault or f"{error} {outcome.unit}; {outcome.tolerance:g} is allowed"

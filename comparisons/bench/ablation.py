@@ -16,6 +16,7 @@ import numpy as np
 from comparisons.bench.interleave import Task, interleave
 from comparisons.bench.points import ALPHA, Judge
 from comparisons.bench.result import Ablation, Interval
+from comparisons.bench.stills import strip
 from comparisons.bench.sweep import error_metric
 from comparisons.gate import fit_exposure
 from comparisons.metrics import Estimate, Samples, evaluate
@@ -140,6 +141,7 @@ def ablations(
                 added=errors.added,
                 seconds_with=seconds_with,
                 seconds_without=seconds_without,
+                picture=strip(whole.rendering.image.pixels, less.rendering.image.pixels, judge.truth),
             )
 
 

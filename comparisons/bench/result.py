@@ -124,7 +124,8 @@ class Scaling:
 class Ablation:
     """A part of a technique switched off: the error with and without it, and the time.
 
-    `added` is the difference of the errors (without minus with) from the same samples of truth.
+    `added` is the difference of the errors (without minus with) from the same samples of truth. `picture` is what
+    `comparisons.bench.stills.strip` makes.
     """
 
     scene: str
@@ -139,6 +140,7 @@ class Ablation:
     added: Interval
     seconds_with: float
     seconds_without: float
+    picture: str = ""
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,24 @@ SCENES: Mapping[str, Mapping[str, str]] = {
         "shadow-room": "a point light: hard shadows",
         "shadow-room-5cm": "a lamp of some size: soft shadows",
     },
+    "displacement": {
+        "relief-gravel-60deg": "fine stones that hide and shade one another: the talk's kind of field",
+        "relief-bumps-60deg": "smooth hills, the kind of field that parallax mapping is meant for",
+    },
+    "layered suit": {
+        "suit-plastic-held2": "metal flakes over a rough film over pigment, each a layer of its own",
+        "suit-clearcoat-held2": "a principled material with a clear coat, in one evaluation",
+    },
+    "hair": {
+        "hair-limb-90": "where hair stands on a skin that bulges and bends, and which way",
+        "hair-width-025": "what hair covers that is a quarter of a pixel wide",
+        "hair-light-dark-side": "the light of dark hair, most of which was scattered by one hair alone",
+        "hair-light-blond-side": "the light of light hair, most of which went from hair to hair",
+    },
+    "character": {
+        "character": "all effects at once: what each of them is worth in one picture",
+        "character-bust": "skin, eyes, suit and bricks alone, through a pinhole",
+    },
     "whole frame": {
         "shadow-room": "everything that the talk draws of a character and its surroundings, put together",
     },

@@ -7,23 +7,8 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from scenes.errors import InputError, SceneError
-from scenes.model import (
-    Capsule,
-    DirectionalLight,
-    DisplacedIcosphere,
-    Ear,
-    Ellipsoid,
-    Emitter,
-    Eye,
-    MeshFile,
-    PointLight,
-    Scene,
-    Sensor,
-    Shape,
-    Sphere,
-    Torus,
-    TorusKnot,
-)
+from scenes.model import DirectionalLight, Emitter, PointLight, Scene, Sensor
+from scenes.shapes import Capsule, DisplacedIcosphere, Ear, Ellipsoid, Eye, MeshFile, Shape, Sphere, Torus, TorusKnot
 
 RESOLUTIONS = ((256, 256), (512, 512), (1024, 768), (1280, 1024), (1920, 1080))
 FINENESS = (-2, -1, 0, 1)

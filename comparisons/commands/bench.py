@@ -4,6 +4,7 @@ import argparse
 import warnings
 from pathlib import Path
 
+from comparisons.bench.scenes import SCENES, spelt
 from comparisons.options import Commands, Say, add_keep, add_store, add_techniques, say_all
 
 PARTS = ("points", "scaling", "ablation")
@@ -24,7 +25,7 @@ def register(commands: Commands) -> None:
         "effects",
         nargs="*",
         metavar="EFFECT",
-        help="indirect-light, eye, translucency, defocus, shadows, whole-frame, or how one begins; all if none",
+        help=f"{', '.join(map(spelt, SCENES))}, or how one begins; all if none",
     )
     bench.add_argument(
         "--scene",

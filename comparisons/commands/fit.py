@@ -16,6 +16,8 @@ def register(commands: Commands) -> None:
         "lightgauge fit indirect.talk --on 'small-room-*' --test large-room-ellipsoid --exposure",
         "lightgauge fit 'translucency.talk[lookup=slab]' --on skin-ear skin-wedge --test skin-figurine "
         "--parameters power=0.1..16",
+        "lightgauge fit 'layered.talk[damping=0]' --on 'suit-blend-light*' --test 'suit-blend-held*' "
+        "--metric rel_mse_eps1e-2 --look suit.toml",
         "lightgauge fit shadow.soft_talk --on shadow-room-2cm shadow-room-5cm shadow-room-10cm",
     )
     fit.add_argument("subject", metavar="TECHNIQUE", help="NAME, or NAME[setting=value] with settings that stay")
@@ -48,6 +50,9 @@ def register(commands: Commands) -> None:
     fit.add_argument(
         "-o", dest="file", metavar="FILE", type=Path, default=Path("fit.json"), help="the result; default: fit.json"
     )
+    fit.add_argument(
+        "--look", metavar="FILE", type=Path, help="write all sliders of the technique as a look of your own: FILE.toml"
+    )
     add_techniques(fit)
     add_store(fit)
 
@@ -64,6 +69,8 @@ def fit_constants(options: argparse.Namespace, say: Say) -> int:
     load_techniques(options.techniques)
     require_writable(options.store, "store", "--store")
     require_writable(options.file.parent, "folder", "-o")
+    if options.look is not None:
+        require_writable(options.look.parent, "folder", "--look")
     warnings.filterwarnings("ignore", module="colour")
     asked = Asked(
         subject=options.subject,
@@ -75,6 +82,7 @@ def fit_constants(options: argparse.Namespace, say: Say) -> int:
         spp=options.spp,
         evaluations=options.evaluations,
         file=options.file,
+        look=options.look,
     )
     store = Store(options.store)
     with steps(say) as step:

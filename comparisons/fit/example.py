@@ -15,6 +15,8 @@ import numpy as np
 from comparisons.difference import error_named, with_accumulators
 from comparisons.fit.search import Settings
 from comparisons.metrics import Samples, check_image
+from comparisons.metrics.rel_mse import denominator_floor
+from comparisons.metrics.sample import positive_mean
 from scenes.errors import ImageError
 from scenes.image import Float64
 from scenes.model import Scene
@@ -56,28 +58,48 @@ class Example:
     """One scene. What was drawn once is not drawn again for its error.
 
     spp : samples a pixel of the truth, 0 if that is exact
+    rough : the same scene in a form that is quick to draw, if that is needed
+    drawings : how many images were drawn
     """
 
-    def __init__(self, scene: Scene, metric: str, samples: Samples, spp: int, draw: Draw) -> None:
+    def __init__(
+        self, scene: Scene, metric: str, samples: Samples, spp: int, draw: Draw, rough: "Example | None" = None
+    ) -> None:
         self.scene = scene
         self.metric = metric
         self.samples = samples
         self.spp = spp
         self.draw = draw
+        self.rough = rough or self
+        self.drawings = 0
         self._known: dict[tuple[object, ...], Parabola] = {}
 
     def parabola(self, settings: Settings) -> Parabola:
         """The error with some settings, for all exposures."""
         key = tuple(sorted(settings.items()))
         if key not in self._known:
-            image = check_image(self.draw(settings), self.samples)[self.samples.mask]
+            image = self._drawn(settings)
             constant, there, back = self._black, self._error(image), self._error(-image)
             self._known[key] = Parabola((there + back) / 2 - constant, (back - there) / 4, constant)
         return self._known[key]
 
-    @property
-    def drawings(self) -> int:
-        return len(self._known)
+    def weighted(self, settings: Settings) -> tuple[Float64, Float64]:
+        """Image and truth, flat and weighted: the squared distance between them is the error, and a constant."""
+        image, truth = self._drawn(settings), self.samples.masked.mean(axis=0)
+        return (self._weights * image).ravel(), (self._weights * truth).ravel()
+
+    @cached_property
+    def _weights(self) -> Float64:
+        truth = self.samples.masked.mean(axis=0)
+        if self.metric == "nrmse":
+            size = np.full(truth.shape, positive_mean(self.samples, self.metric))
+        else:
+            size = np.sqrt(truth**2 + denominator_floor(self.samples))
+        return np.asarray(1 / (size * np.sqrt(truth.size)))
+
+    def _drawn(self, settings: Settings) -> Float64:
+        self.drawings += 1
+        return check_image(self.draw(settings), self.samples)[self.samples.mask]
 
     @cached_property
     def _black(self) -> float:

@@ -12,7 +12,8 @@ from comparisons.difference import difference, error_named
 from comparisons.fit.example import Example, best_factor
 from comparisons.fit.gain import Gain, Pair, gain
 from comparisons.fit.result import Fit, Fitted, Score
-from comparisons.fit.search import Settings, best_settings, without_effect
+from comparisons.fit.rough import rough_scene, rough_technique
+from comparisons.fit.search import Errors, Settings, best_settings, takes_many, without_effect
 from comparisons.fit.space import Axis, Part
 from comparisons.metrics import Samples
 from comparisons.suite import require_parity
@@ -26,6 +27,12 @@ from scenes.digest import digest_of, scene_parts
 from scenes.errors import InputError, RenderError
 from scenes.image import Float64
 from scenes.model import Scene
+
+FAR_OFF = 1.0
+"""What each pixel counts as where a scene cannot be drawn: as much as if each were all of the error there is."""
+
+MOST_SAID = 4
+"""Settings that are spelt out while they are tried; more are counted."""
 
 ALPHA = 0.025
 """How probably an interval misses on either side."""
@@ -64,6 +71,9 @@ class Judge:
         self.failed: dict[tuple[object, ...], str] = {}
         self._step = step
 
+    def errors(self, examples: Sequence[Example]) -> Errors:
+        return Errors(partial(self.error, examples), partial(self.pixel_errors, examples))
+
     def error(self, examples: Sequence[Example], settings: Settings) -> float:
         """Infinite where a scene cannot be drawn so."""
         try:
@@ -72,17 +82,28 @@ class Judge:
             self.failed[tuple(sorted(settings.items()))] = str(error)
             return math.inf
 
+    def pixel_errors(self, examples: Sequence[Example], settings: Settings) -> Float64:
+        """What each pixel of all scenes is off with the exposure that suits them best; far off where one fails."""
+        self._say(examples, settings)
+        try:
+            pairs = [example.weighted({**self.task.pinned, **settings}) for example in examples]
+        except (InputError, RenderError) as error:
+            self.failed[tuple(sorted(settings.items()))] = str(error)
+            return np.full(sum(example.samples.masked[0].size for example in examples), FAR_OFF)
+        images, truths = np.concatenate([image for image, _ in pairs]), np.concatenate([truth for _, truth in pairs])
+        factor = float(images @ truths) / float(images @ images) if self.task.with_exposure else 1.0
+        return np.asarray((factor * images - truths) / math.sqrt(len(examples)))
+
     def tuned(self, examples: Sequence[Example], settings: Settings) -> tuple[Tuned, float]:
         """The settings with the exposure that suits them best on all scenes together, and their error."""
-        done = max(example.drawings for example in examples)
-        self._step(f"{self.task.technique.name}: {_words(settings)}", min(1.0, done / self._expected))
+        self._say(examples, settings)
         parabolas = [example.parabola({**self.task.pinned, **settings}) for example in examples]
         factor = best_factor(parabolas) if self.task.with_exposure else 1.0
         return Tuned(settings, factor), sum(p.at(factor) for p in parabolas) / len(parabolas)
 
-    @property
-    def _expected(self) -> int:
-        return max(1, self.task.evaluations)
+    def _say(self, examples: Sequence[Example], settings: Settings) -> None:
+        done = max(example.drawings for example in examples)
+        self._step(f"{self.task.technique.name}: {_words(settings)}", min(1.0, done / max(1, self.task.evaluations)))
 
 
 def fit(task: Task, train: Sequence[Scene], test: Sequence[Scene], store: Store, step: Progress) -> Fit:
@@ -132,11 +153,18 @@ def require_apart(train: Sequence[Scene], test: Sequence[Scene]) -> None:
 
 def example_of(task: Task, scene: Scene, store: Store, step: Progress, drawn: dict[str, str]) -> Example:
     """A scene with the truth at hand, once both sides are seen to agree on it; `drawn` gets what draws it."""
-    quantity = task.technique.approximates
-    reference = Reference(scene, store, step)
-    reference.require_defined(quantity)
+    Reference(scene, store, step).require_defined(task.technique.approximates)
     require_parity(scene, scene.name, store, step)
-    truth = reference.at_hand(quantity, task.spp)
+    rough = None
+    if takes_many(task.parts):
+        rough = _example(replace(task, technique=rough_technique(task.technique)), rough_scene(scene), store, step, {})
+    return _example(task, scene, store, step, drawn, rough)
+
+
+def _example(
+    task: Task, scene: Scene, store: Store, step: Progress, drawn: dict[str, str], rough: Example | None = None
+) -> Example:
+    truth = Reference(scene, store, step).at_hand(task.technique.approximates, task.spp)
     renderer = Renderer(scene)
 
     def draw(settings: Settings) -> Float64:
@@ -144,7 +172,7 @@ def example_of(task: Task, scene: Scene, store: Store, step: Progress, drawn: di
         drawn[scene.name] = str(image.provenance["renderer"])
         return image.pixels.astype(np.float64)
 
-    return Example(scene, task.metric, Samples(truth.accumulators, truth.mask, ALPHA), truth.spp, draw)
+    return Example(scene, task.metric, Samples(truth.accumulators, truth.mask, ALPHA), truth.spp, draw, rough)
 
 
 def fit_examples(task: Task, train: Sequence[Example], test: Sequence[Example], step: Progress) -> Fit:
@@ -152,7 +180,7 @@ def fit_examples(task: Task, train: Sequence[Example], test: Sequence[Example], 
     judge = Judge(task, step)
     for example in (*train, *test):
         judge.tuned([example], task.published)  # raises what is wrong with a scene before long work
-    error = partial(judge.error, train)
+    error = partial(judge.error, [example.rough for example in train])
     still = without_effect(error, task.parts, task.published)
     moving = [part for part in task.parts if part not in still]
     if not moving and not task.with_exposure:
@@ -187,7 +215,7 @@ def fit_examples(task: Task, train: Sequence[Example], test: Sequence[Example], 
         train_gain=train_gain,
         held_out_gain=test_gain,
         exposure_gain=by_exposure,
-        drawings=sum(example.drawings for example in (*train, *test)),
+        drawings=sum(one.drawings for one in {*train, *test, *(example.rough for example in train)}),
         seconds=0.0,
         failed=(len(judge.failed), next(reversed(judge.failed.values()), "")),
         gl_renderer="",
@@ -197,7 +225,8 @@ def fit_examples(task: Task, train: Sequence[Example], test: Sequence[Example], 
 def _fitted(judge: Judge, examples: Sequence[Example], moving: Sequence[Part]) -> Tuned:
     settings = judge.task.published
     if moving:
-        settings = best_settings(partial(judge.error, examples), moving, settings, judge.task.evaluations).settings
+        fine, rough = judge.errors(examples), judge.errors([example.rough for example in examples])
+        settings = best_settings(fine, rough, moving, settings, judge.task.evaluations).settings
     return judge.tuned(examples, settings)[0]
 
 
@@ -242,4 +271,6 @@ def _described(part: Part, tuned: Tuned, has_effect: bool) -> Fitted:
 
 
 def _words(settings: Settings) -> str:
+    if len(settings) > MOST_SAID:
+        return f"{len(settings)} settings"
     return ", ".join(f"{name} {value}" for name, value in settings.items())

@@ -3,8 +3,9 @@
 The search has three steps. The corners of each axis, its middle and a Sobol sequence (Sobol, 1967, "On the distribution
 of points in a cube and the approximate evaluation of integrals") look everywhere. From the best of these, COBYQA
 (Ragonneau, 2022, "Model-based derivative-free optimization methods and software") follows quadratic models within
-bounds. Last, whole numbers, over which such a model is blind, are stepped up and down. Nothing is random: the same
-search finds the same settings.
+bounds; where there are many numbers, `comparisons.fit.least_squares` follows what each does to every pixel. Last, whole
+numbers, over which such models are blind, are stepped up and down. Nothing is random: the same search finds the same
+settings.
 """
 
 import itertools
@@ -12,6 +13,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from comparisons.fit.least_squares import least_squares_from
 from comparisons.fit.space import Axis, Choice, Part
 from scenes.checks import SettingValue
 from scenes.image import Float64
@@ -20,8 +22,22 @@ Settings = Mapping[str, SettingValue]
 Objective = Callable[[Settings], float]
 """The error with some settings; infinite where there is none."""
 
+PixelErrors = Callable[[Settings], Float64]
+"""What each pixel is off with some settings: the sum of squares is the error, but for what is the same for all."""
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Of the same settings: their error, and what each pixel is off."""
+
+    error: Objective
+    pixel_errors: PixelErrors
+
+
 Places = Sequence[float] | Float64
 """Coordinates from 0 to 1, one for each axis."""
+
+Tried = dict[tuple[float, ...], float]
 
 FIRST_RADIUS, LAST_RADIUS = 0.15, 1e-3
 """Of the trust region, in parts of each range: at the end, the third digit of a setting hardly moves."""
@@ -35,6 +51,9 @@ NO_EFFECT = 1e-9
 EVALUATIONS = 40
 """For each axis, if nobody says otherwise."""
 
+MANY = 12
+"""Axes above which COBYQA's model, with a number for each pair of axes, takes too long to learn."""
+
 
 @dataclass(frozen=True)
 class Found:
@@ -42,12 +61,18 @@ class Found:
     error: float
 
 
-def best_settings(error: Objective, parts: Sequence[Part], start: Settings, evaluations: int) -> Found:
+def takes_many(parts: Sequence[Part]) -> bool:
+    """Whether there are more than `MANY` axes."""
+    return sum(isinstance(part, Axis) for part in parts) > MANY
+
+
+def best_settings(fine: Errors, rough: Errors, parts: Sequence[Part], start: Settings, evaluations: int) -> Found:
     """The settings with the least error that `evaluations` drawings for each combination of choices find.
 
     Parameters
     ----------
-    error : of settings of all `parts`; asked twice for the same ones, it should remember.
+    fine : of settings of all `parts`; asked twice for the same ones, the error should remember.
+    rough : much the same, and quicker to have: asked where there are more than `MANY` axes.
     parts : at least one.
     start : settings of all parts, the first to be tried.
     """
@@ -56,7 +81,7 @@ def best_settings(error: Objective, parts: Sequence[Part], start: Settings, eval
     combinations = itertools.product(*(choice.values for choice in choices))
     names = [choice.name for choice in choices]
     found = [
-        _among_numbers(error, axes, {**start, **dict(zip(names, values, strict=True))}, evaluations)
+        _among_numbers(fine, rough, axes, {**start, **dict(zip(names, values, strict=True))}, evaluations)
         for values in combinations
     ]
     return min(found, key=lambda f: f.error)
@@ -74,28 +99,66 @@ def without_effect(error: Objective, parts: Sequence[Part], start: Settings) -> 
     return [part for part in parts if is_still(part)]
 
 
-def _among_numbers(error: Objective, axes: Sequence[Axis], start: Settings, evaluations: int) -> Found:
+def _among_numbers(fine: Errors, rough: Errors, axes: Sequence[Axis], start: Settings, evaluations: int) -> Found:
     if not axes:
-        return Found(dict(start), error(start))
-    tried: dict[tuple[float, ...], float] = {}
-
-    def at(places: Places) -> float:
-        settings = _settings(axes, start, places)
-        key = tuple(float(settings[axis.name]) for axis in axes)
-        if key not in tried:
-            tried[key] = error(settings)
-        return tried[key]
-
-    origin = [axis.place(float(start[axis.name])) for axis in axes]
-    seen = min(_scattered(origin), key=at)
-    best = _stepped(at, axes, _descended(at, seen, evaluations - len(tried)))
-    given = Found(dict(start), error(start))
-    found = Found(_settings(axes, start, best), at(best))
+        return Found(dict(start), fine.error(start))
+    search = Search(axes, start)
+    if takes_many(axes):
+        low = _by_pixels(search, fine, rough, evaluations)
+    else:
+        low = _by_error(search, fine.error, evaluations)
+    at, _ = search.remembered(fine.error)
+    best = _stepped(at, axes, low)
+    given = Found(dict(start), fine.error(start))
+    found = Found(search.settings(best), at(best))
     return found if found.error < given.error else given
 
 
-def _settings(axes: Sequence[Axis], start: Settings, places: Places) -> dict[str, SettingValue]:
-    return {**start, **{axis.name: axis.value(float(p)) for axis, p in zip(axes, places, strict=True)}}
+@dataclass(frozen=True)
+class Search:
+    """Where one takes place: its axes, and the settings it starts from."""
+
+    axes: Sequence[Axis]
+    start: Settings
+
+    def settings(self, places: Places) -> dict[str, SettingValue]:
+        return {**self.start, **{axis.name: axis.value(float(p)) for axis, p in zip(self.axes, places, strict=True)}}
+
+    def exact(self, places: Places) -> dict[str, SettingValue]:
+        """As `settings`, with all digits."""
+        return {**self.start, **{axis.name: axis.exact(float(p)) for axis, p in zip(self.axes, places, strict=True)}}
+
+    def scattered(self) -> Iterator[list[float]]:
+        return _scattered([axis.place(float(self.start[axis.name])) for axis in self.axes])
+
+    def remembered(self, error: Objective) -> tuple[Callable[[Places], float], Tried]:
+        """The error at some places, and what was tried so far: nothing is tried twice."""
+        tried: Tried = {}
+
+        def at(places: Places) -> float:
+            settings = self.settings(places)
+            key = tuple(float(settings[axis.name]) for axis in self.axes)
+            if key not in tried:
+                tried[key] = error(settings)
+            return tried[key]
+
+        return at, tried
+
+
+def _by_error(search: Search, error: Objective, evaluations: int) -> Places:
+    at, tried = search.remembered(error)
+    seen = min(search.scattered(), key=at)
+    return _descended(at, seen, evaluations - len(tried))
+
+
+def _by_pixels(search: Search, fine: Errors, rough: Errors, evaluations: int) -> Places:
+    at, tried = search.remembered(rough.error)
+    return least_squares_from(
+        sorted(search.scattered(), key=at),
+        lambda places: rough.pixel_errors(search.exact(places)),
+        lambda places: fine.pixel_errors(search.exact(places)),
+        evaluations - len(tried),
+    )
 
 
 def _scattered(origin: Sequence[float]) -> Iterator[list[float]]:

@@ -1,8 +1,8 @@
 """What is fitted: settings of a technique, each within its range, as coordinates from 0 to 1."""
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from realtime.technique import Parameter, Technique
 from scenes.checks import SettingValue
@@ -22,7 +22,7 @@ BETWEEN = ".."
 
 @dataclass(frozen=True)
 class Axis:
-    """A number between `low` and `high`; `published` is what the technique sets it to by itself."""
+    """A number between `low` and `high`; `published` is what the technique, or its look, sets it to."""
 
     name: str
     published: float
@@ -36,11 +36,15 @@ class Axis:
 
     def value(self, place: float) -> float:
         """The setting at a place from 0 to 1, with DIGITS digits, or whole."""
-        exact = self.low + place * (self.high - self.low)
-        if self.is_log:
-            exact = self.low * (self.high / self.low) ** place
+        exact = self.exact(place)
         rounded = round(exact) if self.is_whole else float(f"{exact:.{DIGITS}g}")
         return min(max(rounded, self.low), self.high)
+
+    def exact(self, place: float) -> float:
+        """The setting at a place with all digits: what changes as smoothly as the place does."""
+        if self.is_log:
+            return self.low * math.pow(self.high / self.low, place)
+        return self.low + place * (self.high - self.low)
 
     def place(self, value: float) -> float:
         """Where a setting lies, from 0 to 1; at an end if it is beyond."""
@@ -73,21 +77,22 @@ def parts_of(technique: Technique, wanted: Sequence[str], pinned: Mapping[str, S
     Parameters
     ----------
     wanted : NAME or NAME=LOW..HIGH; if there are none, all constants that the technique declares as tuned by eye.
-    pinned : settings that the user has set; they stay.
+    pinned : settings that the user has set; they stay. A look among them says where its sliders start.
 
     Raises
     ------
     InputError
         A name is none of the technique's or pinned, or a range is missing, unclear or beyond what is allowed.
     """
-    known = {parameter.name: parameter for parameter in technique.parameters}
+    start = technique.settings(pinned)
+    known = {p.name: replace(p, default=start[p.name]) for p in technique.settable}
     if not wanted:
         return tuple(_axis(technique, p, p.tuned) for p in known.values() if p.tuned and p.name not in pinned)
     asked = [text.partition("=") for text in wanted]
     names = [name.strip() for name, _, _ in asked]
     for name in names:
         if name not in known:
-            raise unknown_name(f"parameter of {technique.name}", name, known)
+            raise unknown_name(f"parameter of {technique.name}", name, [p.name for p in _named(technique)])
         if name in pinned:
             raise InputError(
                 f"'{name}' is both set, to {pinned[name]}, and to be fitted. Leave it out of the technique's brackets, "
@@ -96,6 +101,12 @@ def parts_of(technique: Technique, wanted: Sequence[str], pinned: Mapping[str, S
         if names.count(name) > 1:
             raise InputError(f"'{name}' is to be fitted twice. Name it once in --parameters.")
     return tuple(_part(technique, known[name], text) for name, (_, _, text) in zip(names, asked, strict=True))
+
+
+def _named(technique: Technique) -> Iterator[Parameter]:
+    """What a message lists: of sliders, those that are fitted unless others are named."""
+    yield from technique.parameters
+    yield from (slider for slider in technique.sliders if slider.tuned)
 
 
 def _part(technique: Technique, parameter: Parameter, text: str) -> Part:

@@ -9,13 +9,16 @@ from typing import Any
 from numpy.typing import NDArray
 
 from comparisons.metrics.abs_difference import max_abs, p99_abs
+from comparisons.metrics.angle import p99_angle_deg
 from comparisons.metrics.delta_e_itp import delta_e_itp
 from comparisons.metrics.dssim import dssim_tonemapped
 from comparisons.metrics.energy_bias import energy_bias
 from comparisons.metrics.flip import flip
+from comparisons.metrics.limb_nrmse import limb_nrmse
 from comparisons.metrics.metric import Metric, check_image
 from comparisons.metrics.misclassified import misclassified
 from comparisons.metrics.nrmse import nrmse
+from comparisons.metrics.off_by import off_by_1
 from comparisons.metrics.penumbra_rmse import penumbra_rmse
 from comparisons.metrics.rel_mse import rel_mse
 from comparisons.metrics.rel_mse_clipped import rel_mse_clipped
@@ -43,8 +46,14 @@ _STRUCTURE = _DIFFERENCES - {"gain"}
 _PERCENTILE = _DIFFERENCES - {"missing_shadow", "black_tile"}
 """What is wrong in fewer than one pixel in a hundred lies beyond the percentile."""
 
+_DIRECTIONS = frozenset({"flip_y", "gamma_twice", "nan_pixel"})
+"""A percentile of angles, which do not know how long a vector is."""
+
 _AROUND_EDGES = _DIFFERENCES - {"black_tile"}
 """What is wrong far from shadow edges is not judged."""
+
+_LIMB = _DIFFERENCES - {"missing_shadow", "black_tile"}
+"""What is wrong far from the outline is not judged."""
 
 _ALIGNMENT = frozenset({"shift", "flip_y", "nan_pixel"})
 """Where things are, not what value they have."""
@@ -53,6 +62,9 @@ METRICS = {
     metric.name: metric
     for metric in (
         Metric("nrmse", "1", "root mean square error over the truth's mean, noise removed", nrmse, _DIFFERENCES, 2),
+        Metric(
+            "limb_nrmse", "1", "root mean square error over the truth's mean, near the outline", limb_nrmse, _LIMB, 2
+        ),
         Metric(
             "rel_mse_eps1e-2",
             "1",
@@ -109,6 +121,10 @@ METRICS = {
             p99_abs,
             _PERCENTILE,
         ),
+        Metric(
+            "off_by_1", "1", "share of the pixels that are off an exact truth by more than 1", off_by_1, _DIFFERENCES
+        ),
+        Metric("p99_angle_deg", "deg", "99th percentile of the angle to an exact truth", p99_angle_deg, _DIRECTIONS),
         Metric("max_abs", "quantity", "largest absolute difference from an exact truth", max_abs, _DIFFERENCES),
     )
 }

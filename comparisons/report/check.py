@@ -191,7 +191,7 @@ def _shown(raw: Results) -> str:
     if display == "normal":
         return "Normals shown as (n + 1) / 2."
     if display == "uv":
-        return "Red is u, green is v, both from 0 to 1."
+        return f"Red is u, green is v, both from 0 to {format_number(1 / exposure if exposure else None, trim=True)}."
     if display == "unit":
         return "Black is 0, white is 1."
     if display == "depth":

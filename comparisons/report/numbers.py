@@ -11,12 +11,13 @@ UNBROKEN = "\u00a0"
 
 
 def is_share(metric: str) -> bool:
-    """Whether values are read as percent: of `nrmse`, `misclassified`, `energy_bias`, and names with the word `rel`.
+    """Whether values are read as percent.
 
-    A squared error (`rel_mse...`) is not: a percentage would suggest a size that it does not have.
+    Those of `nrmse`, `limb_nrmse`, `misclassified`, `off_by_1`, `energy_bias` are, and of names with the word `rel`. A
+    squared error (`rel_mse...`) is not: a percentage would suggest a size that it does not have.
     """
     words = metric.split("_")
-    named = words[0] in ("nrmse", "misclassified") or metric.startswith("energy_bias")
+    named = words[0] in ("nrmse", "limb", "misclassified", "off") or metric.startswith("energy_bias")
     return named or ("rel" in words and "mse" not in words)
 
 

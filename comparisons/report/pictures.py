@@ -60,7 +60,7 @@ def write_pictures(
     mask : (H, W) bool
         The pixels that are judged.
     exposure : float
-        Factor before tone mapping (radiance), or 1 / the depth that is shown white (depth). Not used otherwise.
+        Factor before tone mapping (radiance), or 1 / the value that is shown white (depth, uv). Not used otherwise.
     error_scale : float
         The error, in the unit of the quantity, that gets the colour map's outermost colours.
     display : Display
@@ -110,8 +110,8 @@ def write_flagged(folder: Path, stem: str, flagged: Bool) -> dict[str, str]:
 def visible(pixels: Float32, exposure: float, display: Display) -> Float64:
     """Map values of a quantity to display values in [0, 1], (H, W, C); what is not a number stays so.
 
-    radiance: exposed, tone-mapped and sRGB-encoded; normal: (n + 1) / 2; unit and uv: as they are; depth: times
-    `exposure`.
+    radiance: exposed, tone-mapped and sRGB-encoded; normal: (n + 1) / 2; unit: as it is; depth and uv:
+    times `exposure`.
     """
     if display == "radiance":
         from comparisons.tonemap import to_display
@@ -121,7 +121,7 @@ def visible(pixels: Float32, exposure: float, display: Display) -> Float64:
     scale, offset = {
         "normal": (0.5, 0.5),
         "unit": (1.0, 0.0),
-        "uv": (1.0, 0.0),
+        "uv": (exposure, 0.0),
         "depth": (exposure, 0.0),
     }[display]
     return np.clip(pixels.astype(np.float64) * scale + offset, 0, 1)

@@ -70,6 +70,12 @@ def _corner(x: float, y: float) -> Kind:
     return draw.derived(lambda made: unit_of(np.array([x, y, 0.0]) - made["seen_from"]), unit_of)
 
 
+def _along_the_surface(made: Inputs) -> Array:
+    """A vector of some length that leans away from the normal at the place."""
+    across = np.cross(made["normal"], made["normal"][:, [1, 2, 0]] * (1.0, -1.0, 0.5))
+    return np.asarray(across + 0.5 * made["normal"])
+
+
 def _reciprocal_direction() -> Kind:
     """1 / d for a direction d, along an axis as glsl/indirect/bvh.glsl has it."""
     d, axes = draw.unit(), np.where(np.eye(3) == 1.0, 1.0, 1e20)
@@ -108,7 +114,86 @@ BY_NAME: dict[str, Kind] = {
 }
 """Inputs that mean the same everywhere."""
 
+RIBBON = {"away": number(-2.0, 2.0, 0.0), "width": number(1e-3, 4.0, 1.0, log=True)}
+CURVE = {**dict.fromkeys(("a", "b", "c", "d"), place(0.01, 1.0)), "t": number(0.0, 1.0)}
+
 ABOVE_A_SQUARE = draw.vector(number(-3.0, 3.0, -1.0, 1.0), number(-3.0, 3.0, -1.0, 1.0), number(1e-3, 3.0, log=True))
+
+
+def _half_vector(made: Inputs) -> Array:
+    """Between V and L; of opposite ones, which lie on the horizon, the normal."""
+    between_both = made["V"] + made["L"]
+    is_none = np.linalg.norm(between_both, axis=1, keepdims=True) < 1e-3
+    return unit_of(np.where(is_none, made["N"], between_both))
+
+
+ALPHA = number(1e-3, 1.0, log=True)
+FACETS = {
+    "N": draw.unit(),
+    "V": facing("N", 1.0),
+    "L": facing("N", 1.0),
+    "H": draw.derived(_half_vector, unit_of),
+    "alpha": ALPHA,
+}
+"""Directions above the horizon, and a roughness that is not rounded to 0."""
+METAL = {"eta": draw.vector(*3 * [number(0.1, 5.0)]), "k": draw.vector(*3 * [number(1.0, 10.0)])}
+STRAIGHT_BACK = draw.vector(*3 * [number(0.0, 1.0)])
+BURLEY = {
+    **dict.fromkeys(("roughness", "metallic", "clearcoat", "clearcoat_gloss", "sheen"), number(0.0, 1.0)),
+    "base_color": draw.colour(0.01, 1.0),
+    "ior": number(1.0, 1.8, 1.5),
+}
+
+EXPONENT = number(1.0, 8192.0, log=True)
+LOBE = Measure("relative exponent", 1e-3, is_relative=True, floor=1.0)
+
+CROSSING = Measure("lengths of the direction, relative above 1", 1e-3, is_relative=True, floor=1.0)
+BOX = {"low": draw.vector(*3 * [number(-1.0, 0.0)]), "high": draw.vector(*3 * [number(0.5, 1.0)])}
+CORNERS = draw.vector(*4 * [number(0.0, 1.0)])
+IN_A_CELL = draw.vector(*2 * [number(0.0, 1.0)])
+SINKING = draw.vector(number(-1.0, 1.0, 0.0), number(-1.0, 1.0, 0.0), number(-1.0, -0.02))
+
+
+FIELD = draw.vector(*2 * [draw.choice(1, 32, 255)])
+IN_A_FIELD = draw.vector(*2 * [number(0.0, 255.0, 0.0, 1.0)])
+
+
+def _above_a_patch() -> Kind:
+    """A place in a cell that is higher than its corners."""
+    return draw.vector(number(0.0, 1.0), number(0.0, 1.0), number(1.01, 1.5))
+
+
+def _cosine_of(sine: str) -> Kind:
+    return draw.derived(lambda made: np.asarray(np.sqrt(np.maximum(1.0 - made[sine] ** 2, 0.0))))
+
+
+INCLINATIONS = {
+    "sin_i": number(-1.0, 1.0, 0.0),
+    "cos_i": _cosine_of("sin_i"),
+    "sin_o": number(-1.0, 1.0, 0.0),
+    "cos_o": _cosine_of("sin_o"),
+    "variance": number(4e-4, 1.0),
+}
+CIRCLE = Kind(
+    lambda rng, count, reach, made: unit_of(rng.normal(size=(count, 2))),
+    lambda rng, count, made: rng.choice(np.array([[0.0, 1.0], [1.0, 0.0], [-1.0, 0.0]]), count),
+    meant=unit_of,
+)
+"""The sine and the cosine of an angle."""
+
+
+def _moments(rng: np.random.Generator, count: int, reach: float, made: Inputs) -> Array:
+    """An area, and its part along each axis, of hair that runs in one direction."""
+    area, squares = rng.uniform(0.1, 1.0, (count, 1)), unit_of(rng.normal(size=(count, 3))) ** 2
+    return np.concatenate([area, area * squares], axis=1)
+
+
+def _mixed_moments(made: Inputs) -> Array:
+    x, y, z = np.sqrt(np.maximum(made["a"][:, 1:], 0.0)).T
+    return np.stack([x * y, x * z, y * z], axis=1)
+
+
+HAIR_IN_A_CELL = {"a": Kind(_moments), "b": draw.derived(_mixed_moments), "d": draw.unit()}
 
 DOMAINS: dict[str, Domain] = {
     "lib/ball.glsl:part_above_horizon": Domain(
@@ -125,9 +210,24 @@ DOMAINS: dict[str, Domain] = {
             "position": _where_the_light_is(),
         },
     ),
+    "lib/bezier.glsl:bezier_point": Domain(Measure("lengths", 1e-4), CURVE),
+    "lib/bezier.glsl:bezier_derivative": Domain(Measure("lengths", 1e-4), CURVE),
     "lib/blinn_phong.glsl:blinn_phong": Domain(
         SHARE, {"L": facing("N", 1.0), "to_eye": draw.or_opposite(facing("N", 1.0), "L")}, between(0.0, 1.0)
     ),
+    "lib/burley.glsl:D_gtr1": Domain(RADIANCE, FACETS | {"alpha": number(1e-3, 0.999, log=True)}),
+    "lib/burley.glsl:burley_diffuse": Domain(
+        SHARE, {"cos_d": draw.cosine(), "roughness": number(0.0, 1.0)}, between(0.0, 6.25)
+    ),
+    "lib/burley.glsl:clearcoat_reflection": Domain(RADIANCE, FACETS | {"alpha": number(1e-3, 0.999, log=True)}),
+    "lib/burley.glsl:burley_reflection": Domain(
+        RADIANCE,
+        {"m": draw.struct(**BURLEY), **{k: v for k, v in FACETS.items() if k != "alpha"}, "wider": number(0.0, 0.1)},
+    ),
+    "lib/blinn_phong.glsl:alpha_of_exponent": Domain(SHARE, {"n": EXPONENT}, between(0.0, 1.0)),
+    "lib/blinn_phong.glsl:exponent_of_alpha": Domain(LOBE, {"alpha": number(0.0156, 0.9, log=True)}),
+    "lib/blinn_phong.glsl:widened_exponent": Domain(LOBE, {"n": EXPONENT, "spread": number(0.0, 0.5, 10.0)}),
+    "lib/blinn_phong.glsl:blinn_phong_normalisation": Domain(RADIANCE, {"n": EXPONENT}),
     "lib/centred_distance.glsl:centred_distance": Domain(LENGTH, {"v": place(0.01, 1.0), "offset": place(2.0, 100.0)}),
     "lib/cornea.glsl:wavefront_curvatures": Domain(
         Measure("per radius of the eye", 1e-3),
@@ -179,14 +279,39 @@ DOMAINS: dict[str, Domain] = {
     "lib/eye.glsl:iris_point": Domain(
         RADII, {"r": draw.scaled(number(0.0, 1.0), lambda made: made["e"]["limbus_radius"])}
     ),
+    "lib/film.glsl:below_film": Domain(
+        SHARE, dict.fromkeys(("entering", "leaving"), number(0.0, 1.0)) | {"internal": number(0.0, 0.95)}
+    ),
     "lib/film.glsl:film_brdf": Domain(
         Measure("relative to a white surface", 1e-3, is_relative=True, floor=0.3), {"internal": number(0.0, 0.7)}
     ),
+    "lib/fibre.glsl:log_i0": Domain(Measure("of a logarithm", 1e-3), {"x": number(1e-3, 100.0, 0.0, 3.75, log=True)}),
+    "lib/fibre.glsl:fibre_longitudinal": Domain(
+        Measure("relative density, 1/rad below 1", 1e-3, is_relative=True, floor=1.0), INCLINATIONS
+    ),
+    "lib/fibre.glsl:fibre_tilted": Domain(
+        SHARE, {"inclination": CIRCLE, "turn": CIRCLE}, between(-1.0 - 1e-6, 1.0 + 1e-6)
+    ),
     "lib/fresnel.glsl:F_dielectric": Domain(SHARE, {}, between(0.0, 1.0)),
+    "lib/fresnel.glsl:schlick_weight": Domain(SHARE, {}, between(0.0, 1.0)),
     "lib/fresnel.glsl:F_talk": Domain(SHARE, {}, between(0.0, 1.0)),
+    "lib/fresnel_metal.glsl:F_conductor": Domain(SHARE, METAL, between(0.0, 1.0 + 1e-6)),
+    "lib/fresnel_metal.glsl:F_schlick": Domain(SHARE, {"F0": STRAIGHT_BACK}, between(0.0, 1.0 + 1e-6)),
+    "lib/fresnel_metal.glsl:F_lazanyi": Domain(
+        SHARE, {"F0": STRAIGHT_BACK, "dip": draw.vector(*3 * [number(-0.5, 2.0)])}
+    ),
+    "lib/ggx.glsl:D_ggx": Domain(RADIANCE, FACETS),
+    "lib/ggx.glsl:V1_smith": Domain(RADIANCE, {"alpha": ALPHA}),
+    "lib/ggx.glsl:ggx_reflection": Domain(RADIANCE, FACETS),
     "lib/hemisphere.glsl:cosine_direction": Domain(SHARE, {"i": whole(0, 1023)}, is_direction()),
+    "lib/kajiya_kay.glsl:kajiya_kay": Domain(
+        SHARE, {"T": draw.unit(), "exponent": number(1.0, 700.0)}, between(0.0, 1.0)
+    ),
     "lib/lambert.glsl:disk_form_factor": Domain(SHARE, {}, between(0.0, 1.0)),
     "lib/light_place.glsl:light_place": Domain(LENGTH),
+    "lib/light_spread.glsl:light_spread": Domain(
+        SHARE, {"light": draw.struct(**LIGHT), "position": _where_the_light_is()}
+    ),
     "lib/lights.glsl:unshadowed_irradiance": Domain(
         RADIANCE, {"light": draw.struct(**LIGHT), "position": _where_the_light_is()}
     ),
@@ -198,6 +323,32 @@ DOMAINS: dict[str, Domain] = {
     "lib/refract.glsl:refract_through": Domain(
         DIRECTION, {"in_normal": facing("in_ray"), "in_u": number(0.4, 2.5, 1.0)}, is_direction("refracted")
     ),
+    "lib/ribbon.glsl:ribbon_coverage": Domain(SHARE, RIBBON, between(0.0, 1.0)),
+    "lib/ribbon.glsl:within_ends": Domain(
+        SHARE, dict.fromkeys(("from_root", "to_tip"), number(-2.0, 2.0, 0.0, 0.5)), between(0.0, 1.0)
+    ),
+    "lib/ribbon.glsl:height_of_tube": Domain(SHARE, RIBBON, between(0.0, 1.0)),
+    "lib/rough_film.glsl:film_reflection": Domain(RADIANCE, FACETS),
+    "lib/relief_box.glsl:box_span": Domain(CROSSING, {"o": place(0.1, 100.0), **BOX}),
+    "lib/relief_march.glsl:march_step": Domain(
+        UV,
+        {
+            "distance": number(-0.5, 1.0, 0.0),
+            "t": draw.vector(number(-5.0, 5.0, 0.0), number(-5.0, 5.0, 0.0), number(-1.0, -1e-2)),
+            "metric": draw.vector(*3 * [number(0.01, 2.0, 1.0)]),
+        },
+    ),
+    "lib/relief_march.glsl:parallax_uv": Domain(
+        UV,
+        {
+            "uv": draw.vector(*2 * [number(0.0, 1.0)]),
+            "t": draw.vector(number(-1.0, 1.0, 0.0), number(-1.0, 1.0, 0.0), number(-1.0, -0.05)),
+            "depth": number(0.0, 1.0),
+        },
+    ),
+    "lib/relief_patch.glsl:patch_height": Domain(SHARE, {"corners": CORNERS, "at": IN_A_CELL}, between(0.0, 1.0)),
+    "lib/relief_patch.glsl:patch_slope": Domain(SHARE, {"corners": CORNERS, "at": IN_A_CELL}, between(-1.0, 1.0)),
+    "lib/relief_patch.glsl:patch_hit": Domain(CROSSING, {"corners": CORNERS, "o": _above_a_patch(), "d": SINKING}),
     "lib/sh.glsl:sh_basis": Domain(Measure("of 1", 2e-3), {"d": draw.unit()}),
     "lib/sh.glsl:sh_cosine_factor": Domain(Measure("of 1", 2e-3), {"i": whole(0, 8)}),
     "lib/shadow.glsl:shadow_coordinates": Domain(
@@ -237,6 +388,28 @@ DOMAINS: dict[str, Domain] = {
             "path": number(1e-2, 10.0, log=True),
         },
     ),
+    "lib/surface_tangent.glsl:surface_tangent": Domain(
+        DIRECTION, {"normal": draw.unit(), "along_u": draw.derived(_along_the_surface)}, is_direction()
+    ),
+    "lib/suit_talk.glsl:silhouette_ramp": Domain(
+        SHARE, {"n_dot_v": number(-0.1, 1.0, 0.0), "k": draw.vector(*4 * [number(-2.0, 2.0)])}, between(0.0, 1.0)
+    ),
+    "lib/suit_talk.glsl:silhouette_damping": Domain(
+        SHARE, {"n_dot_v": number(-0.1, 1.0, 0.0), "width": number(0.0, 1.0)}, between(0.0, 1.0)
+    ),
+    "lib/suit_talk.glsl:self_shadowing": Domain(
+        SHARE, {"n_dot_l": number(-1.0, 1.0, 0.0), "slope": number(1.0, 100.0, log=True)}, between(0.0, 1.0)
+    ),
+    "lib/suit_talk.glsl:composited": Domain(
+        RADIANCE, {**dict.fromkeys(("below", "above"), draw.colour(1e-3, 1.0)), "alpha": number(0.0, 1.0)}
+    ),
+    "lib/suit_talk.glsl:driven": Domain(
+        Measure("of 1", 2e-3),
+        {
+            "special": draw.vector(draw.choice(1.0), *3 * [number(0.0, 1.0)]),
+            "amount": draw.vector(*4 * [number(-1.0, 1.0, 0.0)]),
+        },
+    ),
     "lib/talk_translucency.glsl:normalised_thickness": Domain(
         SHARE,
         {"front": place(0.01, 1.0), "back": place(0.01, 1.0), "longest": number(0.1, 2.0, log=True)},
@@ -263,6 +436,24 @@ DOMAINS: dict[str, Domain] = {
         },
     ),
     "cornea_talk/eye.frag:traced_iris": Domain(RADII, eye.talk_iris_of_uniforms()),
+    "displacement/box.glsl:box_corner": Domain(EXACT, {"vertex": whole(0, 35)}, between(0.0, 1.0)),
+    "displacement/polygon.glsl:between_samples": Domain(
+        UV, {"uv": draw.vector(*2 * [number(0.0, 1.0)]), "size": draw.vector(*2 * [draw.choice(2.0, 33.0, 2048.0)])}
+    ),
+    "displacement/quadtree.glsl:cell_at": Domain(EXACT, {"cells": FIELD, "place": IN_A_FIELD}),
+    "displacement/quadtree.glsl:field_span": Domain(
+        CROSSING, {"cells": FIELD, "top": number(0.0, 1.0), "o": place(0.1, 1000.0)}
+    ),
+    "displacement/view.glsl:view_ray": Domain(
+        Measure("samples, relative above 1", 1e-3, is_relative=True, floor=1.0),
+        {
+            "sample_at": draw.vector(whole(0, 1279), whole(0, 1023)),
+            "size": draw.vector(draw.choice(1280), draw.choice(1024)),
+            "ray_anchor": place(1.0, 300.0),
+            "ray_forward": place(300.0, 1e4),
+            **dict.fromkeys(("ray_right", "ray_up"), place(1.0, 300.0)),
+        },
+    ),
     "defocus_layers/octave.glsl:octave_of": Domain(
         EXACT, {"finest_radius": draw.choice(1.0, 2.0), "radius": number(0.0, 256.0, 1.0, 2.0)}
     ),
@@ -280,6 +471,25 @@ DOMAINS: dict[str, Domain] = {
     ),
     "defocus_talk/ramps.glsl:near_blur": Domain(
         SHARE, {"f": number(0.0, 1.0), "start": number(0.0, 0.95, 0.85)}, between(0.0, 1.0)
+    ),
+    "hair/guides.glsl:guide_weights": Domain(SHARE, {"place": draw.vector(*4 * [number(0.0, 1.0)])}, between(0.0, 1.0)),
+    "hair_light/extinction.glsl:hair_extinction": Domain(SHARE, HAIR_IN_A_CELL),
+    "hair_light/sweep.comp:crossing_skin": Domain(
+        RADIANCE,
+        {
+            "bundle": draw.vector(draw.colour(1e-3, 1e3), number(-1.0, 1.0, 0.0)),
+            "cosine": number(-1.0, 1.0),
+            "part": number(0.0, 2.0, 0.0),
+            "radiance": draw.colour(1e-3, 1e3),
+        },
+    ),
+    "hair_light/march.glsl:own_part": Domain(
+        SHARE,
+        {"joint": number(1e-3, 1e3, 0.0, log=True), "deviation": number(1e-2, 10.0, log=True)},
+        between(0.0, 1.0),
+    ),
+    "hair_light/march.glsl:free_length": Domain(
+        LENGTH, {"s": number(1e-3, 10.0, 0.0, log=True), "joint": number(1e-3, 10.0, 0.0, log=True)}
     ),
     "indirect/bvh.glsl:reciprocal": Domain(LENGTH, {"direction": draw.unit()}),
     "indirect/bvh.glsl:misses_box": Domain(
@@ -315,14 +525,23 @@ DOMAINS: dict[str, Domain] = {
     "indirect_grid/seen_from.glsl:sphere_scale": Domain(RADIANCE, {"sum": number(1.0, 20.0, 4 * math.pi)}),
     "indirect_talk/blur.frag:rotated": Domain(SHARE, {"v": draw.unit()}),
     "shadow_vcm/remapped.comp:unpacked": Domain(SHARE, {"packed_uv": draw.vector(*4 * [number(0.0, 1.0)])}),
+    "layered/material.glsl:metal_fresnel": Domain(
+        SHARE, {"first": METAL["eta"], "second": METAL["k"]}, between(0.0, 1.0 + 1e-6), {"METALS": 2, "FRESNEL": 0}
+    ),
 }
 """By FILE:FUNCTION."""
 
 CONSTANT = "a constant unless its pass binds a texture for it"
+MATRIX = "it takes matrices, which inputs are not drawn as"
+WHOLE = "whole numbers alone: there is nothing to round"
 WITHOUT = {
     "cornea_anatomical/eye.comp:returned_irradiance": CONSTANT,
     "cornea_talk/eye.frag:visibility": CONSTANT,
     "eye/surroundings.glsl:sky_radiance": CONSTANT,
     "eye/surroundings.glsl:mirrored_radiance": CONSTANT,
+    "hair/ribbon.vert:on_target": MATRIX,
+    "hair/skinning.glsl:blended_bone": MATRIX,
+    "hair/sort.comp:is_after": WHOLE,
+    "hair/sort.comp:lower": WHOLE,
 }
 """Functions without a domain though they can be run by themselves, and why."""

@@ -158,7 +158,7 @@ def vector(*kinds: Kind) -> Kind:
     """A vector whose components are those of the kinds, one after another."""
 
     def joined(values: Sequence[Array]) -> Array:
-        return np.concatenate([v.reshape(len(v), -1) for v in values], axis=1).astype(np.float64)
+        return np.concatenate([v.reshape(len(v), -1) for v in values], axis=1)
 
     def extremes(rng: Rng, count: int, made: Inputs) -> Array:
         return joined([_either(rng, kind, count, made, 0.5) for kind in kinds])

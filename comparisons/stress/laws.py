@@ -36,10 +36,13 @@ TOLERANCES: Mapping[str, Tolerance] = {
     "emission": Tolerance(2e-2, f"rms, {OF_BASE}'s own", PARITY),
     "thickness": Tolerance(1e-3, f"rms, {OF_BASE}'s own", "a membrane's radiance changes by less than that"),
     "visibility": Tolerance(5e-3, "rms", "a quarter of the strictest budget of a shadow"),
+    "hair_geometry": Tolerance(1e-4, f"rms, {OF_BASE}'s own", "some micrometres where hair is centimetres long"),
+    "hair_tangent": Tolerance(1e-4, "rms", "hair of a hundred pixels ends within a hundredth of one"),
+    "hair_coverage": Tolerance(1e-2, "rms", "a quarter of its budget"),
     "iris_uv": Tolerance(1e-3, "rms", "a texel of an iris 1000 texels wide"),
 }
 RADIANCE = Tolerance(1e-2, f"rms over the mean {OF_BASE}", "a third of the strictest budget of what is not closed-form")
-SHARES = frozenset({"visibility", "coverage", "albedo"})
+SHARES = frozenset({"visibility", "coverage", "albedo", "hair_coverage"})
 """Quantities that lie between 0 and 1."""
 
 ROUNDING = 1e-4

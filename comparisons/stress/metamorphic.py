@@ -30,6 +30,9 @@ DIRECTION = (0.48, 0.6, 0.64)
 NUDGE_DEG = 1e-4
 """Turns what is seen by less than a hundredth of a pixel, and by more than what float32 rounds."""
 
+VECTORS = ("normal", "hair_geometry", "hair_tangent")
+"""Quantities that turn with the scene."""
+
 EVEN = 1e-3
 """Pixels differ by this part of the brightest at least, where their deviation is what an error is measured by."""
 
@@ -57,7 +60,7 @@ def offset(subject: Subject, distance: float) -> float:
 def rotation(subject: Subject, degrees: float) -> float:
     """Vectors turn with the scene, all else stays."""
     rotation = transforms.axis_rotation(AXIS, degrees)
-    expected = subject.base @ rotation.T if subject.quantity == "normal" else subject.base
+    expected = subject.base @ rotation.T if subject.quantity in VECTORS else subject.base
     return subject.difference(subject.draw(subject.case.of(transforms.turned, rotation)), expected)
 
 

@@ -7,7 +7,8 @@ import numpy as np
 from scenes.geometry import geometry_of
 from scenes.image import Float64
 from scenes.mesh import Surface
-from scenes.model import MeshFile, Scene
+from scenes.model import Scene
+from scenes.shapes import MeshFile
 from scenes.topology import Integers
 
 EVERY = 5

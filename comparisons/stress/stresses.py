@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from comparisons.stress import metamorphic, transforms
 from comparisons.stress.laws import OF_BASE, Subject, Tolerance
 from comparisons.stress.metamorphic import Law
-from scenes.model import AreaLight, EnvironmentLight, Eye, PointLight, Room, SphereLight
+from scenes.model import AreaLight, EnvironmentLight, PointLight, SphereLight
+from scenes.shapes import Eye, Relief, Room
 
 BLACK = Tolerance(1e-6, f"maximum over the mean {OF_BASE}", "float32 rounds to that")
 BOUND = Tolerance(1e-2, "excess over the bound", "what a finite number of samples may add")
@@ -51,10 +52,12 @@ def _unless(holds: Callable[[Subject], bool], why: str) -> Callable[[Subject], s
 
 def _needs_shapes(subject: Subject) -> str:
     kinds = [type(shape) for shape in subject.case.scene.shapes if shape.name in subject.case.scene.subject]
+    if Relief in kinds:
+        return "a relief is given by its heights, not by triangles"
     return "an eye is given by its radii, not by triangles" if Eye in kinds else ""
 
 
-NEVER_BOUNCED = ("indirect_radiance", "iris_radiance", "transmitted_radiance", "albedo")
+NEVER_BOUNCED = ("indirect_radiance", "iris_radiance", "transmitted_radiance", "displaced_radiance", "albedo")
 """Quantities that are zero where nothing reflects or scatters."""
 
 

@@ -13,7 +13,8 @@ from realtime.techniques import MODULES, OWN, technique
 from reference.quantities import quantity
 from scenes.errors import InputError, MachineError
 from scenes.load import library_scenes, load_scene
-from scenes.model import DisplacedIcosphere, Ear, Ellipsoid, Scene, Shape
+from scenes.model import Scene
+from scenes.shapes import DisplacedIcosphere, Ear, Ellipsoid, Head, Shape
 
 SIDE = 48
 """Pixels along the longer side of an image: what breaks, breaks in a few pixels too."""
@@ -93,7 +94,7 @@ def small(scene: Scene) -> Scene:
 
 def _is_slow(scene: Scene) -> bool:
     """Whether it takes a second to make the scene's shapes, as for an ear."""
-    return any(isinstance(shape, Ear) for shape in scene.shapes)
+    return any(isinstance(shape, Ear | Head) for shape in scene.shapes)
 
 
 def _coarse(shape: Shape) -> Shape:

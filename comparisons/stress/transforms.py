@@ -6,30 +6,25 @@ from typing import Any
 import numpy as np
 
 from scenes.image import Float64
+from scenes.materials import Diffuse, Material, Translucent
 from scenes.media import coefficients
 from scenes.model import (
     AreaLight,
     ConstantLight,
-    Diffuse,
     DirectionalLight,
     DiskLight,
     Emitter,
     LineLight,
-    Material,
     Perspective,
     PointLight,
-    Rectangle,
-    Rgb,
-    Room,
     Scene,
-    Shape,
     SphereLight,
     ThinLens,
-    Translucent,
-    Vec3,
 )
 from scenes.placing import POINTS, mapped, vec3, with_points_mapped
 from scenes.procedural import rotation_xyz
+from scenes.shapes import Rectangle, Room, Shape
+from scenes.units import Rgb, Vec3
 
 DIRECTIONS = ("direction", "normal")
 LENGTHS = ("radius",)
@@ -55,6 +50,7 @@ def scaled(scene: Scene, factor: float) -> Scene:
             "sensor": _times(moved.sensor, factor, tuple(lens)),
             "materials": {name: _thinned(scene, material, factor) for name, material in scene.materials.items()},
             "shapes": tuple(_times(shape, factor, ("scale",)) for shape in moved.shapes),
+            "hair": tuple(_times(hair, factor, ("length", "radius")) for hair in scene.hair),
             "emitters": tuple(_grown(light, factor) for light in moved.emitters),
         }
     )

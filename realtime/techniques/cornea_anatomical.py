@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,7 +30,12 @@ from realtime.shadows import scene_lights
 from realtime.technique import Parameter, Technique
 from scenes.checks import SettingValue
 from scenes.features import Features
-from scenes.model import Eye, Scene
+from scenes.image import Float32
+from scenes.model import Scene
+from scenes.shapes import Eye
+
+if TYPE_CHECKING:
+    import moderngl
 
 BOUNCES = 16
 """The cornea throws back less than a half of what leaves the iris on the whole: 1e-5 of it is left after so many."""
@@ -94,12 +99,9 @@ def _eye_passes(scene: Scene, features: Features, settings: Mapping[str, Setting
 def _light_passes(scene: Scene, settings: Mapping[str, SettingValue], **seen: int) -> list[Pass]:
     """What comes after the surroundings; `seen` tells the shader what to show besides the iris."""
     the_eye(scene)
-    off = "" if settings["interreflection"] else "interreflection is switched off"
     return [
         Pass("lights on the eye", _lights, writes=("eye_lights",)),
-        Pass("iris cells", _cells, reads=("eye_lights",), uses=("sky",), writes=("cells",), skip=off),
-        Pass("iris exchange", _exchange, writes=("exchange",), skip=off, is_baked=True),
-        Pass("iris bounces", _bounces, reads=("cells", "exchange"), writes=("returned",), skip=off),
+        *returned_passes(settings),
         Pass(
             "eye",
             lambda frame: _shade(frame, **seen),
@@ -108,6 +110,16 @@ def _light_passes(scene: Scene, settings: Mapping[str, SettingValue], **seen: in
             writes=("shaded",),
         ),
         resolve_pass("shaded"),
+    ]
+
+
+def returned_passes(settings: Mapping[str, SettingValue]) -> list[Pass]:
+    """Write `returned`, the light that the cornea throws back onto the iris, of `eye_lights` and `sky`."""
+    off = "" if settings["interreflection"] else "interreflection is switched off"
+    return [
+        Pass("iris cells", _cells, reads=("eye_lights",), uses=("sky",), writes=("cells",), skip=off),
+        Pass("iris exchange", _exchange, writes=("exchange",), skip=off, is_baked=True),
+        Pass("iris bounces", _bounces, reads=("cells", "exchange"), writes=("returned",), skip=off),
     ]
 
 
@@ -160,15 +172,20 @@ def _bounces(frame: Frame) -> None:
 
 
 def _shade(frame: Frame, **seen: int) -> None:
+    shaded = frame.texture(frame.size, 4)
+    shade_eye(frame, shaded, disks_in_eye_frame(the_eye(frame.scene), frame.scene), **seen)
+    frame.resources["shaded"] = shaded
+
+
+def shade_eye(frame: Frame, shaded: moderngl.Texture, disks: Float32, **seen: Any) -> None:
+    """Draw the eye that is the frame's subject into a texture; `disks` are what it mirrors, as eye.comp reads them."""
     eye = the_eye(frame.scene)
     defines, uniforms = _bind_light(frame)
     if "returned" in frame.resources:
         frame.resources["returned"].use(2)
         defines["INTERREFLECTION"] = 1
-    disks = disks_in_eye_frame(eye, frame.scene)
     mirrored = frame.context.buffer(disks.tobytes() or bytes(16))
     mirrored.bind_to_storage_buffer(5)
-    shaded = frame.texture(frame.size, 4)
     shaded.bind_to_image(0, read=False, write=True)
     frame.dispatch(
         frame.program("cornea_anatomical/eye.comp", **defines, **seen),
@@ -178,7 +195,6 @@ def _shade(frame: Frame, **seen: int) -> None:
         sclera_albedo=sclera_albedo(frame.scene, eye),
         internal_reflectance=diffuse_internal_reflectance(eye.ior),
     )
-    frame.resources["shaded"] = shaded
 
 
 LIMITS = (

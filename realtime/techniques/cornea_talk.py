@@ -35,8 +35,9 @@ from realtime.talk_cube import two_lights
 from realtime.technique import Parameter, Technique
 from scenes.checks import SettingValue
 from scenes.features import Features
-from scenes.model import Eye, Scene
+from scenes.model import Scene
 from scenes.procedural import rotation_xyz
+from scenes.shapes import Eye
 
 GEOMETRY = (
     Parameter(

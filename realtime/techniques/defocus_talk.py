@@ -120,7 +120,7 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
         Pass("pinhole", draw_pinhole, uses=SHADING_USES, writes=("image",), skip=lens),
         Pass("planes", _place, writes=("planes",), skip=sharp),
         Pass("far pass", _draw_far, reads=("planes",), uses=SHADING_USES, writes=("far",), skip=sharp),
-        Pass("blur far", _blur_far, reads=("far",), writes=("background",), skip=sharp),
+        Pass("blur far", blur_far, reads=("far",), writes=("background",), skip=sharp),
         Pass("near pass", _draw_near, reads=("planes", "background"), uses=SHADING_USES, writes=("close",), skip=sharp),
         Pass("blur near", _blur_near, reads=("close",), writes=("image",), skip=sharp),
         Pass("third layer", _draw_front, reads=("planes",), uses=SHADING_USES, writes=("in_front",), skip=third),
@@ -184,7 +184,8 @@ def _near_size(frame: Frame) -> tuple[int, int]:
     return frame.scene.sensor.width, frame.scene.sensor.height
 
 
-def _far_size(frame: Frame) -> tuple[int, int]:
+def far_size(frame: Frame) -> tuple[int, int]:
+    """Pixels of the far pass, across and down."""
     width, height = _near_size(frame)
     return max(1, round(width * FAR_WIDTH / NEAR_WIDTH)), max(1, round(height * FAR_WIDTH / NEAR_WIDTH))
 
@@ -194,7 +195,7 @@ def _radius(frame: Frame, width: int) -> float:
     return float(frame.settings["kernel"]) / 2 / FAR_WIDTH * width
 
 
-def _depth_alone(frame: Frame, size: tuple[int, int], near: float, far: float, cut: bool) -> moderngl.Texture:
+def depth_alone(frame: Frame, size: tuple[int, int], near: float, far: float, cut: bool) -> moderngl.Texture:
     """The talk's auxiliary depth buffer: one sample a pixel, nothing shaded."""
     context = frame.context
     depth = context.depth_texture(size)
@@ -210,12 +211,12 @@ def _depth_alone(frame: Frame, size: tuple[int, int], near: float, far: float, c
 
 def _draw_far(frame: Frame) -> None:
     planes: Planes = frame.resources["planes"]
-    size = _far_size(frame)
+    size = far_size(frame)
     target = _multisampled(frame, size, FAR_SAMPLES)
     frame.submit(target.clear, *background(frame), 1.0)
     camera = sensor_camera(frame.scene.sensor, planes.boundary, planes.far)
     draw_view(frame, camera, target, front_sides_only=True)
-    depth = _depth_alone(frame, size, planes.boundary, planes.far, cut=True)
+    depth = depth_alone(frame, size, planes.boundary, planes.far, cut=True)
     frame.resources["far"] = Picture(_resolved(frame, target), depth)
 
 
@@ -245,7 +246,8 @@ def _blur(frame: Frame, picture: Picture, name: str, radius: float, target: mode
     _full_screen(frame, shader, frame.context.framebuffer([target]))
 
 
-def _blur_far(frame: Frame) -> None:
+def blur_far(frame: Frame) -> None:
+    """Write `background`, the blurred `far` pass."""
     far: Picture = frame.resources["far"]
     frame.context.enable_only(frame.context.NOTHING)
     blurred = _target(frame, far.color.size)
@@ -264,7 +266,7 @@ def _draw_near(frame: Frame) -> None:
     cut = planes.front > planes.near
     camera = sensor_camera(frame.scene.sensor, planes.front, planes.boundary)
     draw_view(frame, camera, target, depth_func="<", front_sides_only=cut)
-    depth = _depth_alone(frame, _near_size(frame), planes.front, planes.boundary, cut)
+    depth = depth_alone(frame, _near_size(frame), planes.front, planes.boundary, cut)
     frame.resources["close"] = Picture(_resolved(frame, target), depth)
 
 

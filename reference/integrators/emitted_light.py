@@ -79,11 +79,13 @@ class Lens:
         self.count = dr.opaque(mi.UInt32, len(balls))
 
     def _ball(self, shape: Any) -> tuple[Float64, float]:
-        """Centre, in camera coordinates, and radius of a ball that holds a shape."""
+        """Centre, in camera coordinates, and radius of a ball that holds a shape, which is a mesh or a ball."""
         matrix = np.array(self.to_camera.matrix, dtype=np.float64).reshape(4, 4)
-        positions = np.array(self.mi.traverse(shape)["vertex_positions"], dtype=np.float64).reshape(-1, 3)
-        centre = (positions.min(axis=0) + positions.max(axis=0)) / 2
-        radius = float(np.linalg.norm(positions - centre, axis=1).max())
+        low, high = np.array([shape.bbox().min, shape.bbox().max], dtype=np.float64)
+        centre, radius = (low + high) / 2, float((high - low).max() / 2)
+        if shape.is_mesh():
+            positions = np.array(self.mi.traverse(shape)["vertex_positions"], dtype=np.float64).reshape(-1, 3)
+            radius = float(np.linalg.norm(positions - centre, axis=1).max())
         return matrix[:3, :3] @ centre + matrix[:3, 3], radius
 
     def emitted_light(self, ray: Any) -> Any:

@@ -32,7 +32,8 @@ from reference.integrators.light_paths import RUSSIAN_ROULETTE_FROM, SURVIVAL_AT
 from reference.stage import Stage
 from scenes.errors import SceneError
 from scenes.geometry import diffuse_reflectance, texture_of
-from scenes.model import Scene, Texture
+from scenes.materials import Texture
+from scenes.model import Scene
 
 
 def fresnel_diffuse_inside(ior: float) -> float:

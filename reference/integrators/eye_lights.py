@@ -11,7 +11,8 @@ from reference.eye_rays import Ball, eye_of, folds, optics_of
 from reference.integrators.eye_surfaces import Surfaces
 from reference.stage import Stage
 from scenes.errors import SceneError
-from scenes.model import ConstantLight, DirectionalLight, DiskLight, EnvironmentLight, Eye, PointLight, Scene
+from scenes.model import ConstantLight, DirectionalLight, DiskLight, EnvironmentLight, PointLight, Scene
+from scenes.shapes import Eye
 
 Lamp = PointLight | DirectionalLight | DiskLight
 KNOWN = (PointLight, DirectionalLight, DiskLight, ConstantLight, EnvironmentLight)

@@ -8,7 +8,7 @@ import numpy as np
 
 from reference.eye_rays import Ball, Optics
 from scenes.image import Float64
-from scenes.model import Vec3
+from scenes.units import Vec3
 
 NEAR = 1e-4
 """Distances below this part of the limbus' radius are of the surface that a ray starts on."""

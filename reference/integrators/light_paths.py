@@ -74,7 +74,7 @@ def _loop(mi: Any, scene: Any, begins: Any, sampler: Any, ray: Any, active: Any,
         )
         emitted = emitter.eval(si, counts)
         seen += dr.select(counts & (reflections == 0), emitted, 0.0)
-        weight = _power(previous_pdf, emitter_pdf)
+        weight = power_heuristic(previous_pdf, emitter_pdf)
         reflected += dr.select(counts & (reflections > 0), beta * emitted * weight, 0.0)
 
         active &= si.is_valid() & (reflections < most)
@@ -86,7 +86,7 @@ def _loop(mi: Any, scene: Any, begins: Any, sampler: Any, ray: Any, active: Any,
         connects &= light.pdf > 0
         wo = si.to_local(light.d)
         value, pdf = bsdf.eval_pdf(context, si, wo, connects)
-        weight = dr.select(light.delta, 1.0, _power(light.pdf, pdf))
+        weight = dr.select(light.delta, 1.0, power_heuristic(light.pdf, pdf))
         reflected += dr.select(connects, beta * value * arriving * weight, 0.0)
 
         # Continue the path.
@@ -106,7 +106,7 @@ def _loop(mi: Any, scene: Any, begins: Any, sampler: Any, ray: Any, active: Any,
     return seen, reflected
 
 
-def _power(own: Any, other: Any) -> Any:
+def power_heuristic(own: Any, other: Any) -> Any:
     """Veach & Guibas 1995, the power heuristic with exponent 2.
 
     Written with the ratio of the densities: a light seen edge-on has an infinite density, whose square over itself is

@@ -80,7 +80,7 @@ def _loop(mi: Any, scene: Any, bodies: Any, sampler: Any, ray: Any, active: Any)
 
         # Sample a free path for one channel and weight it by what all channels would have done.
         share = beta / dr.sum(beta)
-        free_path = -dr.log(1.0 - sampler.next_1d()) / _chosen(share, sigma_t, sampler.next_1d())
+        free_path = -dr.log(1.0 - sampler.next_1d()) / chosen_channel(share, sigma_t, sampler.next_1d())
         scatters = in_medium & (free_path < si.t)
         distance = dr.select(scatters, free_path, si.t)
         transmittance = dr.select(in_medium, dr.exp(-sigma_t * distance), 1.0)
@@ -138,6 +138,6 @@ def _hit(mi: Any, scene: Any, ray: Any, active: Any) -> Any:
     return scene.ray_intersect(ray, ray_flags=+mi.RayFlags.Minimal, coherent=False, active=active)
 
 
-def _chosen(share: Any, value: Any, sample: Any) -> Any:
+def chosen_channel(share: Any, value: Any, sample: Any) -> Any:
     """The channel of `value` that a number in [0, 1) falls on when the channels have these shares."""
     return dr.select(sample < share.x, value.x, dr.select(sample < share.x + share.y, value.y, value.z))

@@ -22,8 +22,12 @@ class Hit:
 
 
 def reflectance(hit: Hit) -> list[Any]:
-    """Diffuse reflectance of the first surface."""
-    rgb = hit.si.bsdf().eval_diffuse_reflectance(hit.si, hit.valid)
+    """Reflectance of the first surface if it is Lambertian; 0 for any other."""
+    import drjit as dr
+
+    bsdf, flags = hit.si.bsdf(), hit.stage.mi.BSDFFlags
+    is_lambertian = bsdf.flags() == (flags.DiffuseReflection | flags.FrontSide)
+    rgb = dr.select(is_lambertian, bsdf.eval_diffuse_reflectance(hit.si, hit.valid), 0.0)
     return [rgb.x, rgb.y, rgb.z]
 
 

@@ -26,6 +26,14 @@ MODULES = {
     "iris_radiance": "reference.quantities.eye",
     "iris_radiance_flat": "reference.quantities.eye",
     "iris_radiance_straight": "reference.quantities.eye",
+    "displaced_uv": "reference.quantities.displacement",
+    "displaced_radiance": "reference.quantities.displacement",
+    "layered_radiance": "reference.quantities.layered",
+    "hair_geometry": "reference.quantities.hair_frames",
+    "hair_tangent": "reference.quantities.hair_frames",
+    "hair_coverage": "reference.quantities.hair",
+    "hair_radiance": "reference.quantities.hair",
+    "full_radiance": "reference.quantities.full",
 }
 
 EFFECTS = {
@@ -36,6 +44,10 @@ EFFECTS = {
     "defocus": ("defocus_radiance",),
     "shadows": ("visibility",),
     "whole frame": ("frame_radiance",),
+    "displacement": ("displaced_uv", "displaced_radiance"),
+    "layered suit": ("layered_radiance",),
+    "hair": ("hair_geometry", "hair_tangent", "hair_coverage", "hair_radiance"),
+    "character": ("full_radiance",),
 }
 """What a shading engineer calls the subject that a quantity belongs to."""
 

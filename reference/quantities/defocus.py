@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from reference.quantities.radiance import refuses_media_and_eyes
+from reference.quantities.radiance import refuses_all_but_diffuse
 from reference.quantity import Integrator, Quantity
 from reference.sampling import Trace, darkness, pixel_means
 from reference.stage import Stage
@@ -76,7 +76,7 @@ def _quantity(name: str, summary: str, through_lens: bool) -> Quantity:
         channels=3,
         is_sampled=True,
         integrator=partial(_integrator, through_lens),
-        refuses=refuses_media_and_eyes,
+        refuses=refuses_all_but_diffuse,
     )
 
 

@@ -1,4 +1,7 @@
-"""What surfaces emit towards the sensor, by ray casts: parity for emitters that are seen."""
+"""What surfaces emit towards the sensor, by ray casts: parity for emitters that are seen.
+
+Hair is left out: an emitter behind it is seen.
+"""
 
 from typing import Any
 

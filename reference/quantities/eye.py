@@ -68,6 +68,8 @@ def _rays_integrator(image: Callable[[Scene], Float32], features: Features) -> I
 def _refuses(features: Features) -> str:
     if not features.has_eye:
         return "the scene has no eye"
+    if not features.has_one_eye:
+        return "the scene has several eyes, which could hide, shadow or light each other"
     if not features.is_body_alone:
         return "other things beside the eye could hide it, shadow it or light it; only lights may be there"
     return ""

@@ -2,7 +2,8 @@
 
 Each value is the mean over a regular grid of 8 x 8 positions in the pixel. Both sides use that grid, so their
 images agree to rounding wherever camera, geometry and materials agree: this is the parity that must hold before any
-radiance is compared. Positions that see nothing count as 0.
+radiance is compared. Positions that see nothing count as 0. Hair is left out, whatever stands behind it is seen:
+`hair_coverage` tells where it is.
 """
 
 from collections.abc import Callable

@@ -97,10 +97,13 @@ def _integrator(fewest: int, most: int | None, features: Features) -> Integrator
     return Integrator("path tracing", f"light is reflected any number of times; {_DIFFUSE}", block=_path_block)
 
 
-def refuses_media_and_eyes(features: Features) -> str:
+def refuses_all_but_diffuse(features: Features) -> str:
     """Why paths that meet diffuse surfaces only do not suffice, or nothing."""
-    if features.has_media or features.has_eye:
-        return "its paths meet diffuse surfaces only, and this scene has a translucent body or an eye"
+    if features.has_other_than_diffuse:
+        return (
+            "its paths meet diffuse surfaces only, and this scene has a translucent body, an eye, a layered material "
+            "or hair"
+        )
     return ""
 
 
@@ -119,7 +122,7 @@ def _quantity(name: str, summary: str, fewest: int, most: int | None) -> Quantit
         is_sampled=True,
         integrator=integrator,
         judged_where="coverage",
-        refuses=refuses_media_and_eyes,
+        refuses=refuses_all_but_diffuse,
     )
 
 

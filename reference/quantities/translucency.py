@@ -1,6 +1,6 @@
 """Translucent bodies: how far a pixel's rays run inside them, and the light that comes out towards the sensor.
 
-`thickness` is exact: all layers of the subject, as if nothing else were there.
+`thickness` is exact: all layers of the subject, as if nothing else were there, hair neither.
 
 `transmitted_radiance` is light that was scattered at least once inside the subject, on whichever side it entered. Light
 that passes straight through is not part of it: under lights without extent it never reaches a camera, and an emitter
@@ -20,9 +20,11 @@ from reference.stage import Stage
 from scenes.errors import SceneError
 from scenes.features import Features
 from scenes.image import Float32, Float64
+from scenes.materials import Translucent
 from scenes.media import coefficients
-from scenes.model import DirectionalLight, Slab, Translucent
+from scenes.model import DirectionalLight
 from scenes.procedural import rotation_xyz
+from scenes.shapes import Slab
 
 FACES = 0.999
 """Cosine between a normal and the slab's axis above which a face is one of the two large ones: the others have 0."""

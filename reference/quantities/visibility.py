@@ -3,7 +3,7 @@
 `visibility` is the fraction of the light's solid angle that a surface point sees. What other surfaces hide is not seen,
 nor what lies below the surface's own horizon, the plane of its triangle. A point light is seen or not; its truth is
 exact. All surfaces receive shadows and cast them, from both sides, but the light's own: a ball shines from its whole
-sphere.
+sphere. `receiver_coverage` leaves hair out, as all of parity does.
 """
 
 from typing import Any
@@ -70,6 +70,8 @@ def _refuses(features: Features) -> str:
         return "it is the fraction seen of one point or sphere light, and the scene does not have exactly one"
     if features.has_media or features.has_eye:
         return "light passes through a translucent body or an eye, so that a surface's shadow is no matter of yes or no"
+    if features.has_hair:
+        return "hair throws shadows, which are left out here"
     return ""
 
 

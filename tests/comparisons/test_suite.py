@@ -402,6 +402,7 @@ def criterion(metric: str, most: float | None, least: float | None = None) -> Cr
         ([criterion("nrmse", 0.1)], 2 * 0.1 * 3.0),
         ([criterion("flip", 0.1), criterion("rms", 0.25)], 2 * 0.25),
         ([criterion("nrmse", None, 0.1)], 0.1 * 3.0),
+        ([criterion("off_by_1", 1e-4)], 2.0),
         ([], 0.1 * 3.0),
     ],
 )

@@ -7,16 +7,18 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_erosion, map_coordinates
 
-from realtime.eye import EyeModel, eye_model, fresnel_dielectric, the_eye, with_one_surface
+from realtime.eye import EyeModel, eye_model, the_eye, with_one_surface
 from realtime.eye_exchange import RINGS, iris_exchange
+from realtime.fresnel import fresnel_dielectric
 from realtime.render import Renderer, Rendering
 from realtime.techniques import cornea_anatomical, cornea_talk
 from realtime.techniques.cornea_talk import exit_branch_is_dead, talk_iris_sphere
 from scenes.errors import InputError
 from scenes.eyes import endothelium_centre
 from scenes.image import Float32, Float64
-from scenes.model import Eye, Scene
+from scenes.model import Scene
 from scenes.procedural import normalised, rotation_xyz
+from scenes.shapes import Eye
 
 MakeScene = Callable[..., Scene]
 TECHNIQUES = cornea_talk.TECHNIQUES | cornea_anatomical.TECHNIQUES

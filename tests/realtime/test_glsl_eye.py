@@ -6,10 +6,11 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from realtime.eye import EyeModel, diffuse_internal_reflectance, eye_model, fresnel_dielectric
+from realtime.eye import EyeModel, diffuse_internal_reflectance, eye_model
+from realtime.fresnel import fresnel_dielectric
 from scenes.image import Float64
-from scenes.model import Eye
 from scenes.procedural import normalised
+from scenes.shapes import Eye
 
 Glsl = Callable[..., Float64]
 

@@ -113,3 +113,16 @@ def test_each_wall_of_an_emitting_room_is_a_light_of_its_own(make_scene: Callabl
     assert len(lights) == 12
     assert sum(light.area for light in lights) == pytest.approx(2 * (3 * 2.5 + 3 * 3 + 2.5 * 3))
     assert all(light.axis @ light.place < 0 for light in lights)
+
+
+def test_lights_name_the_mesh_that_they_are_a_part_of(make_scene: Callable[..., Scene]) -> None:
+    """Two disks that overlap have points where the other one is, too."""
+    disk = {"type": "disk", "position": [0, 1, 0], "normal": [0, -1, 0], "radius": 0.1, "radiance": [7, 8, 9]}
+    ball = {"type": "sphere", "position": [0, 1, 0], "radius": 0.1, "radiance": [1, 1, 1]}
+    sun = {"type": "directional", "direction": [0, -3, 4], "irradiance": [4, 5, 6]}
+    room = {"type": "area", "shape": "room", "radiance": [1, 1, 1]}
+    scene = make_scene(emitters=[disk, sun, disk, ball, room])
+    lights = lights_of(scene, geometry_of(scene), facets=2)
+    of_emitters = [light.emitter for light in lights if not light.emitter.startswith("room/")]
+    assert sorted(of_emitters) == ["", *["emitter-0"] * 2, *["emitter-2"] * 2, *["emitter-3"] * 2]
+    assert len(lights) - len(of_emitters) == 12

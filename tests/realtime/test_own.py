@@ -238,7 +238,7 @@ def test_two_files_must_not_share_a_name(write: Callable[..., Path]) -> None:
 @pytest.mark.parametrize("name", ["gone.py", "gone.frag", "notes.txt", ""])
 def test_what_is_no_file_of_a_technique_is_refused(tmp_path: Path, name: str) -> None:
     (tmp_path / "notes.txt").write_text("", encoding="utf-8")
-    assert "Name a Python file (.py) or a fragment shader (.frag, .glsl)" in refusal(tmp_path / name)
+    assert "Name a Python file (.py), a fragment shader (.frag, .glsl) or a look (.toml)" in refusal(tmp_path / name)
 
 
 def test_an_include_that_is_nowhere_is_named_with_its_line(write: Callable[..., Path]) -> None:

@@ -22,7 +22,8 @@ from scenes.errors import ImageError
 from scenes.geometry import texture_of
 from scenes.image import Float32, Float64
 from scenes.load import find_scene, load_scene
-from scenes.model import Perspective, Scene, Texture
+from scenes.materials import Texture
+from scenes.model import Perspective, Scene
 
 Draw = Callable[..., Float32]
 Plant = Callable[[pytest.MonkeyPatch], None]

@@ -12,8 +12,9 @@ from realtime.frame import Frame
 from realtime.technique import Technique
 from realtime.techniques import shadow_vcm, technique
 from scenes.image import Float32, Float64
-from scenes.model import PIXEL_GRID, Box, PointLight, Scene
+from scenes.model import PIXEL_GRID, PointLight, Scene
 from scenes.procedural import rotation_xyz
+from scenes.shapes import Box
 
 Draw = Callable[..., Float32]
 MakeScene = Callable[..., Scene]

@@ -18,45 +18,10 @@ from realtime.timing import Prepared, median_interval
 from scenes.errors import InputError, RenderError
 from scenes.features import features_of
 from scenes.geometry import geometry_of
-from scenes.load import find_scene, load_scene
 from scenes.model import PIXEL_GRID, Scene
+from tests.realtime.samples import CAPTURE, SCENES, SETTINGS, small
 
 MakeScene = Callable[..., Scene]
-
-CAPTURE: dict[str, Any] = {"side": 12, "block": 6, "shadow_side": 32, "facets": 2}
-SETTINGS: dict[str, dict[str, Any]] = {
-    "indirect.talk": {"side": 16},
-    "indirect.probe": CAPTURE,
-    "indirect.irradiance": CAPTURE | {"subject_surfels": 16},
-    "indirect.grid": CAPTURE | {"subject_surfels": 16, "probes": 2, "directions": 32},
-    "translucency.ordinates": {"cells": 8, "iterations": 2, "light_side": 64, "pieces": 2},
-    "cornea.anatomical_iris": {"sky_rays": 8},
-    "cornea.anatomical": {"side": 12, "shadow_side": 32, "sky_rays": 8},
-    "defocus.accumulate": {"views": 16, "shadow_side": 64},
-    "defocus.layers": {"taps": 50, "shadow_side": 64},
-    "shadow.soft": {"method": "pcss", "side": 64},
-    "lighting.talk": {"side": 16},
-    "shadow.soft_talk": {"side": 16},
-}
-SCENES = {
-    "indirect": "small-room-knot",
-    "translucency": "skin-slab",
-    "cornea": "eye-talk-view30-light40",
-    "defocus": "defocus-crisp-foreground",
-    "shadow": "shadow-room-10cm",
-    "lighting": "shadow-room-10cm",
-    "raster": "parity-wide",
-}
-"""For each family of techniques one that makes them run most of their passes."""
-
-
-def small(name: str) -> Scene:
-    """A scene of the library with few pixels."""
-    scene = load_scene(find_scene(name))
-    sensor = scene.sensor
-    width = max(8, round(16 * sensor.width / max(sensor.width, sensor.height)))
-    height = max(1, round(width * sensor.height / sensor.width))
-    return scene.model_copy(update={"sensor": sensor.model_copy(update={"width": width, "height": height})})
 
 
 @cache

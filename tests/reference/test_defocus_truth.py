@@ -429,7 +429,7 @@ def test_translucent_bodies_are_refused(make_scene: MakeScene, reference: MakeRe
     scene = make_scene(
         sensor=lens_at(), materials={"black": body}, subject=["ball"], shapes=[ball("ball", 0.2, (0.0, 0.0, -2.0))]
     )
-    with pytest.raises(SceneError, match=r"defocus_radiance is not defined here: .* translucent body or an eye"):
+    with pytest.raises(SceneError, match=r"defocus_radiance is not defined here: .* translucent body, an eye"):
         reference(scene).truth("defocus_radiance", 16)
 
 

@@ -17,7 +17,8 @@ from reference.eye_rays import Ball, Optics, look_inside, optics_of, uv_of
 from reference.stage import build_stage
 from scenes.geometry import geometry_of
 from scenes.image import Float64
-from scenes.model import Eye, Scene
+from scenes.model import Scene
+from scenes.shapes import Eye
 
 MakeScene = Callable[..., Scene]
 

@@ -16,8 +16,9 @@ from scenes.errors import SceneError
 from scenes.features import features_of
 from scenes.geometry import geometry_of
 from scenes.image import Float64
+from scenes.materials import Translucent
 from scenes.media import coefficients
-from scenes.model import Scene, Translucent
+from scenes.model import Scene
 
 MakeScene = Callable[..., Scene]
 MakeReference = Callable[..., Reference]

@@ -243,5 +243,5 @@ def test_a_mesh_is_given_its_medium_on_the_inside(mi: ModuleType, make_scene: Ma
 def test_light_that_bounces_among_diffuse_walls_is_refused_where_a_body_is_translucent(
     make_scene: MakeScene, reference: Callable[[Scene], Reference]
 ) -> None:
-    with pytest.raises(SceneError, match=r"radiance is not defined here: .* translucent body or an eye"):
+    with pytest.raises(SceneError, match=r"radiance is not defined here: .* translucent body, an eye"):
         reference(make_scene(**BALL_OF_SKIN)).truth("radiance", 16)

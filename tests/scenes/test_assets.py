@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import scenes.load
 from scenes.geometry import is_convex
-from scenes.library.assets import figurine, iris, tiles
+from scenes.library.assets import figurine, groom, iris, tiles, weave
 from scenes.mesh import Surface
 from scenes.mesh_files import load_mesh
 from scenes.topology import signed_volume
@@ -47,14 +47,16 @@ def test_no_mirror_image_of_the_figurine_looks_like_itself(figure: Surface, axis
     assert distances.max() > 0.05
 
 
-@pytest.mark.parametrize(("name", "made"), [("tiles", tiles.tiles), ("iris", iris.iris)])
+@pytest.mark.parametrize(
+    ("name", "made"), [("tiles", tiles.tiles), ("iris", iris.iris), ("weave", weave.weave), *groom.MAPS.items()]
+)
 def test_a_texture_is_what_its_script_makes(name: str, made: Callable[[], NDArray[np.uint8]]) -> None:
     with PIL.Image.open(ASSETS / f"{name}.png") as file:
         kept = np.asarray(file)
     np.testing.assert_array_equal(kept, made())
 
 
-@pytest.mark.parametrize(("made", "least"), [(tiles.tiles, 10), (iris.iris, 3)])
+@pytest.mark.parametrize(("made", "least"), [(tiles.tiles, 10), (iris.iris, 3), (weave.weave, 2)])
 def test_no_mirroring_or_turning_of_a_texture_looks_like_it(made: Callable[[], NDArray[np.uint8]], least: int) -> None:
     image = made().astype(int)
     turned = [np.rot90(image, k) for k in (1, 2, 3)]

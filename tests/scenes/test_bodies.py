@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes import bodies
-from scenes.bodies import Field, gradient, isosurface
+from scenes.distances import Field, gradient, isosurface
 from scenes.errors import SceneError
 from scenes.image import Float64
 from scenes.mesh import Surface

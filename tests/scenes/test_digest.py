@@ -100,7 +100,7 @@ def example(folder: Path) -> Scene:
 
 def test_scene_parts_are_plain_and_name_no_place(tmp_path: Path) -> None:
     parts = scene_parts(example(tmp_path))
-    assert set(parts) == {"length_unit", "sensor", "materials", "shapes", "emitters", "subject"}
+    assert set(parts) == {"length_unit", "sensor", "materials", "shapes", "hair", "emitters", "subject"}
     assert str(tmp_path) not in str(parts)
     assert "mesh.ply" not in str(parts)
     assert len(digest_of(parts)) == 64

@@ -24,7 +24,8 @@ from scenes.exr import write_exr
 from scenes.features import features_of
 from scenes.geometry import geometry_of, texture_of
 from scenes.image import Float32, Float64, Image
-from scenes.model import PIXEL_GRID, AreaLight, Scene, Texture
+from scenes.materials import Texture
+from scenes.model import PIXEL_GRID, AreaLight, Scene
 
 if TYPE_CHECKING:
     import moderngl
@@ -196,7 +197,7 @@ def test_a_picture_and_its_negative_light_as_much_as_none(
     facets: list[Float64] = []
     for extra in ({"texture": textures[0]}, {"texture": textures[1]}, {}):
         scene = make_scene(sensor=sensor, materials=MATERIALS, shapes=[ball, panel], emitters=[light | extra])
-        truth = reference(scene).truth("direct_radiance", 256)
+        truth = reference(scene).truth("direct_radiance", 8192)
         means.append(truth.accumulators[:, truth.mask].mean(axis=(0, 1), dtype=float))
         facets.append(light_rows(lights_of(scene, geometry_of(scene), 64)).astype(float))
     np.testing.assert_allclose(means[0] + means[1], means[2], rtol=0.01)

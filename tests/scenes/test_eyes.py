@@ -10,9 +10,10 @@ from scenes import eyes
 from scenes.bodies import joined
 from scenes.geometry import placed
 from scenes.mesh import Surface
-from scenes.model import Eye, Vec3
 from scenes.procedural import normalised
+from scenes.shapes import Eye
 from scenes.topology import face_vectors, is_watertight, signed_volume, surface_area
+from scenes.units import Vec3
 
 ANATOMICAL: dict[str, Any] = {"sclera_radius": 12.0, "cornea_radius": 7.8, "limbus_radius": 5.9}
 TALK: dict[str, Any] = {"sclera_radius": 1.0, "cornea_radius": 1.0, "limbus_radius": math.sqrt(1 - 0.805**2)}

@@ -1,16 +1,25 @@
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 
+from scenes.errors import SceneError
+from scenes.exr import write_exr
 from scenes.features import Features, features_of
 from scenes.geometry import geometry_of
+from scenes.image import Image as ImageFile
 from scenes.model import Scene
 
 MATERIALS = {
     "white": {"type": "diffuse", "reflectance": [0.7, 0.7, 0.7]},
     "black": {"type": "diffuse", "reflectance": [0, 0, 0]},
     "skin": {"type": "translucent", "medium": "skin1"},
+    "plastic": {"type": "layered", "reflectance": [0, 0, 0], "film": {"alpha": 0.1}},
+    "lacquer": {"type": "principled", "base_color": [0, 0, 0]},
+    "fibre": {"type": "fibre", "sigma_a": [0.1, 0.2, 0.3]},
 }
 SLAB = {"name": "slab", "type": "slab", "thickness": 1.0, "width": 100.0, "material": "skin"}
 BALL = {"name": "ball", "type": "sphere", "detail": 2, "material": "skin"}
@@ -28,6 +37,7 @@ EYE = {
 PANEL = {"name": "panel", "type": "rectangle", "size": [1, 1], "position": [0, 5, 0], "material": "black"}
 SUN = {"type": "directional", "direction": [0, 0, -1], "irradiance": [1, 1, 1]}
 SKY = {"type": "constant", "radiance": [1, 1, 1]}
+HAIR = {"name": "fur", "on": "ball", "material": "fibre", "count": 5, "length": 0.1, "radius": 0.001}
 LINE = {"type": "line", "start": [0, 0, -9], "end": [5, 0, -9], "radius": 0.1, "radiance": [1, 1, 1]}
 PANEL_LIGHT = {"type": "area", "shape": "panel", "radiance": [1, 1, 1]}
 
@@ -36,9 +46,11 @@ Derive = Callable[..., Features]
 
 @pytest.fixture
 def derive(make_scene: Callable[..., Scene]) -> Derive:
-    def features(shapes: list[dict[str, Any]], *emitters: dict[str, Any], subject: list[str] | None = None) -> Features:
+    def features(
+        shapes: list[dict[str, Any]], *emitters: dict[str, Any], subject: list[str] | None = None, **more: Any
+    ) -> Features:
         judged = subject or [shapes[0]["name"]]
-        scene = make_scene(materials=MATERIALS, shapes=shapes, emitters=list(emitters), subject=judged)
+        scene = make_scene(materials=MATERIALS, shapes=shapes, emitters=list(emitters), subject=judged, **more)
         return features_of(scene, geometry_of(scene))
 
     return features
@@ -110,3 +122,40 @@ def test_one_omni_light_is_a_point_or_a_ball(derive: Derive) -> None:
     assert features.has_surface_lights
     assert not derive([PANEL], point, ball).has_one_omni_light
     assert not derive([PANEL], SUN, LINE).has_one_omni_light
+
+
+@pytest.mark.parametrize("material", ["plastic", "lacquer"])
+def test_layers_reflect_whatever_their_base(derive: Derive, material: str) -> None:
+    features = derive([BALL, {**PANEL, "material": material}], SUN)
+    assert features.brightest_reflectance == 1
+    assert features.has_layers
+    assert not features.is_body_alone
+    assert not derive([{**PANEL, "material": material}]).nothing_reflects
+
+
+def test_hair_is_something_beside_the_subject_and_reflects(derive: Derive, tmp_path: Path) -> None:
+    black = {**BALL, "material": "black"}
+    bald, hairy = derive([black], SUN), derive([black], SUN, hair=[HAIR])
+    for features, is_bald in ((bald, True), (hairy, False)):
+        assert features.subject_is_alone is is_bald
+        assert features.is_body_alone is is_bald
+        assert features.nothing_reflects is is_bald
+    assert not hairy.has_painted_hair
+    Image.new("RGB", (2, 2)).save(tmp_path / "paint.png")
+    assert derive([black], SUN, hair=[HAIR | {"color": {"path": "paint.png"}}]).has_painted_hair
+
+
+@pytest.mark.parametrize("key", ["density", "kill", "length_map", "weight"])
+def test_a_texture_that_only_a_truth_reads_is_read_with_all_others(
+    key: str, make_scene: Callable[..., Scene], tmp_path: Path
+) -> None:
+    """So that `lightgauge explain` says what is wrong with it."""
+    write_exr(tmp_path / "odd.exr", ImageFile(np.full((2, 2, 3), 1.5, dtype=np.float32)))
+    odd = {"path": "odd.exr", "color_space": "linear"}
+    metal = {"metal": "Cr", "alpha": 0.1, "weight": odd if key == "weight" else 0.5}
+    suit = {"type": "layered", "reflectance": [0, 0, 0], "metals": [metal]}
+    scene = make_scene(
+        materials=MATERIALS | {"suit": suit}, shapes=[BALL], hair=[HAIR | ({} if key == "weight" else {key: odd})]
+    )
+    with pytest.raises(SceneError, match=r"odd\.exr: found values from 1\.5 to 1\.5; allowed is 0 to 1"):
+        features_of(scene, geometry_of(scene))

@@ -13,9 +13,12 @@ from scenes.errors import SceneError
 from scenes.exr import write_exr
 from scenes.geometry import diffuse_reflectance, disk_light_mesh, geometry_of, line_light_mesh, placed, texture_of
 from scenes.image import Image
+from scenes.materials import Texture, Translucent
 from scenes.mesh import Interface
-from scenes.model import DiskLight, LineLight, Scene, Sphere, Texture, Translucent, Vec3
+from scenes.model import DiskLight, LineLight, Scene
+from scenes.shapes import Sphere
 from scenes.topology import face_vectors, is_watertight, signed_volume, surface_area
+from scenes.units import Vec3
 
 GREY = {"type": "diffuse", "reflectance": (0.5, 0.5, 0.5)}
 RED = {"type": "diffuse", "reflectance": (0.5, 0.1, 0.1)}

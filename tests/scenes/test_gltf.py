@@ -19,7 +19,8 @@ from scenes.errors import InputError
 from scenes.geometry import geometry_of, texture_of
 from scenes.gltf import Gltf, gltf_of, write_gltf
 from scenes.load import library_scenes, load_scene
-from scenes.model import DirectionalLight, PointLight, Scene, Texture
+from scenes.materials import Texture
+from scenes.model import DirectionalLight, PointLight, Scene
 
 TYPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
 COMPONENTS = {5126: "<f4", 5125: "<u4"}
@@ -206,7 +207,12 @@ def test_a_texture_is_srgb_encoded_as_gltf_wants_it() -> None:
         ("defocus-row", "lens of radius"),
         ("skin-ear", "sigma_a and sigma_s"),
         ("skin-ear", "Lengths are in mm"),
+        ("suit-woven", "Layered and principled surfaces show their base alone"),
         ("eye-human-view75", "iris and pupil"),
+        ("character", "Hair is no mesh here"),
+        ("character", "other than defocus_radiance and full_radiance look"),
+        ("character", "name files that are not in this one: assets/iris.png."),
+        ("suit-woven", "name files that are not in this one: assets/"),
     ],
 )
 def test_what_gltf_cannot_say_is_said(name: str, says: str) -> None:
@@ -217,8 +223,14 @@ def test_what_gltf_cannot_say_is_in_extras() -> None:
     skin = gltf_of(scene_named("skin-ear")).document
     medium = next(m["extras"]["lightgauge"] for m in skin["materials"] if "extras" in m)
     assert medium == {"type": "translucent", "sigma_a": [0.032, 0.17, 0.48], "sigma_s": [0.74, 0.88, 1.01]}
+    (suit,) = gltf_of(scene_named("suit-plastic-light1")).document["materials"]
+    assert suit["pbrMetallicRoughness"]["baseColorFactor"] == [0.06, 0.12, 0.4, 1.0]
+    assert suit["extras"]["lightgauge"]["film"] == {"ior": 1.5, "alpha": 0.35}
     eye = gltf_of(scene_named("eye-human-view75")).document["scenes"][0]["extras"]["lightgauge"]
     assert eye["eyes"][0]["type"] == "eye"
+    hair = gltf_of(scene_named("hair-groomed")).document["scenes"][0]["extras"]["lightgauge"]
+    assert hair["hair"][0]["on"] == scene_named("hair-groomed").hair[0].on
+    assert hair["materials"][hair["hair"][0]["material"]]["type"] == "fibre"
     lens = gltf_of(scene_named("defocus-row")).document["nodes"][0]["extras"]["lightgauge"]
     assert lens["focus_distance"] == 2
 

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from scenes import skin
 from scenes.bibliography import BIBLIOGRAPHY
 from scenes.errors import InputError
+from scenes.materials import Translucent
 from scenes.media import MEDIA, coefficients
-from scenes.model import Translucent
 
 albedos = st.floats(0.5, 0.999)
 

@@ -10,7 +10,8 @@ from scenes.errors import SceneError
 from scenes.exr import write_exr
 from scenes.geometry import geometry_of, texture_of
 from scenes.image import Image
-from scenes.model import Diffuse, Scene, Texture
+from scenes.materials import Diffuse, Texture
+from scenes.model import Scene
 from scenes.parcel import packed, unpacked
 
 CORNER = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"

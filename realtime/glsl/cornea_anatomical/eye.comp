@@ -12,6 +12,9 @@ struct Disk {
 };
 layout(std430, binding = 5) readonly buffer Disks { Disk disks[]; };
 layout(binding = 2) uniform sampler2D returned;
+#ifdef AMONG
+layout(binding = 3) uniform sampler2D around_map;  // w: which kind of surface is seen; others stay as they are
+#endif
 uniform int disk_count;
 uniform vec3 sclera_albedo;
 uniform float internal_reflectance;
@@ -77,5 +80,8 @@ vec3 radiance_along(vec3 d) {
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(shaded)))) return;
+#ifdef AMONG
+    if (texelFetch(around_map, at, 0).w != float(AMONG)) return;
+#endif
     imageStore(shaded, at, vec4(radiance_along(view_ray(at)), 1.0));
 }

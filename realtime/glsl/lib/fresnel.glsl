@@ -9,6 +9,12 @@ float F_dielectric(float cos_i, float eta) {
     return 0.5 * (s * s + p * p);
 }
 
+// Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering", equation 15: the weight of grazing light.
+float schlick_weight(float cosine) {
+    float c = clamp(1.0 - cosine, 0.0, 1.0);
+    return c * c * c * c * c;
+}
+
 // NVIDIA 2005, the GeForce 7800 GTX demos: fresnel = 0.05 + 0.95 * (1 - saturate(dot(N, -V)))^5. Twice as much as water and
 // cornea reflect straight on.
 float F_talk(float cos_i) {

@@ -8,6 +8,12 @@ layout(binding = 0, rgba32f) uniform image2D shaded;
 layout(binding = 2, r32ui) readonly uniform uimage2D face_counts;
 layout(std430, binding = 1) readonly buffer Faces { vec4 faces[]; };
 layout(binding = 0) uniform sampler3D fluence;
+#ifdef CUT
+// What is opaque ends a ray; what lies beyond the subject is seen through it.
+layout(binding = 4) uniform sampler2D position_map;
+layout(binding = 3, rgba32f) writeonly uniform image2D passed;
+uniform vec3 eye;
+#endif
 uniform vec3 offset;
 uniform vec3 forward;
 uniform vec3 right;
@@ -43,10 +49,18 @@ void main() {
     vec3 direction = normalize(forward + ndc.x * right + ndc.y * up);
     float densest = max(sigma_t.r, max(sigma_t.g, sigma_t.b)), bodies = 0.0, centre_distance = length(offset);
     vec3 kept = vec3(1.0), sum = vec3(0.0);
+#ifdef CUT
+    vec4 opaque = texelFetch(position_map, at, 0);
+    float end = opaque.w > 0.0 ? distance(opaque.xyz, eye) - centre_distance : 3e38;
+#endif
     for (int i = 0; i + 1 < count; ++i) {
         bodies -= met[i].y;
         float start = met[i].x, path = met[i + 1].x - start;
         if (bodies < 0.5) continue;
+#ifdef CUT
+        path = min(path, end - start);
+        if (path <= 0.0) break;
+#endif
         int steps = clamp(int(ceil(path * densest / PATH_A_STEP)), 1, MOST_STEPS);
         float stride = min(path / float(steps), PATH_A_STEP / densest);
         for (int s = 0; s < steps; ++s) {
@@ -58,4 +72,7 @@ void main() {
         kept *= exp(-sigma_t * max(path - float(steps) * stride, 0.0));
     }
     imageStore(shaded, at, imageLoad(shaded, at) + vec4(sum, 0.0));
+#ifdef CUT
+    imageStore(passed, at, vec4(kept, 1.0));
+#endif
 }

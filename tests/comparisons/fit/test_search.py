@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from comparisons.fit.search import Found, Settings, best_settings, without_effect
+from comparisons.fit.search import Errors, Found, Settings, best_settings, without_effect
 from comparisons.fit.space import Axis, Choice, Part
 
 
@@ -28,7 +28,8 @@ def searched(
             tried[key] = error(settings)
         return tried[key]
 
-    return best_settings(remembered, parts, start, evaluations), len(tried)
+    errors = Errors(remembered, lambda settings: np.zeros(0))
+    return best_settings(errors, errors, parts, start, evaluations), len(tried)
 
 
 def test_one_number() -> None:

@@ -126,7 +126,44 @@ def test_a_relative_difference_from_nothing_is_refused(exact: Exact) -> None:
         evaluate("rel_rms", np.ones((4, 4, 1)), exact(np.zeros((4, 4, 1))))
 
 
-@pytest.mark.parametrize("metric", ["shift_px", "rms", "rel_rms", "p99_abs", "max_abs"])
+def turned(truth: Float64, degrees: float) -> Float64:
+    """Vectors turned about z."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.asarray(truth @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]))
+
+
+@given(degrees=st.floats(1e-6, 180), length=st.floats(1e-3, 1e3))
+def test_the_angle_of_turned_vectors_whatever_their_length(degrees: float, length: float) -> None:
+    truth = np.tile(np.array([0.6, -0.8, 0.0]), (4, 4, 1))
+    samples = Samples(truth[None], np.ones((4, 4), dtype=bool))
+    assert evaluate("p99_angle_deg", length * turned(truth, degrees), samples).value == pytest.approx(degrees, rel=1e-6)
+
+
+def test_a_vector_without_length_is_half_a_turn_off(exact: Exact) -> None:
+    truth = np.tile(np.array([0.0, 0.0, 1.0]), (4, 4, 1))
+    assert evaluate("p99_angle_deg", np.zeros_like(truth), exact(truth)).value == pytest.approx(180)
+    assert evaluate("p99_angle_deg", truth, exact(truth)).value == 0
+
+
+def test_no_angle_to_what_has_no_direction(exact: Exact) -> None:
+    with pytest.raises(ImageError, match="16 pixels without a direction"):
+        evaluate("p99_angle_deg", np.ones((4, 4, 3)), exact(np.zeros((4, 4, 3))))
+    with pytest.raises(ImageError, match="the truth has 1 channels"):
+        evaluate("p99_angle_deg", np.ones((4, 4, 1)), exact(np.ones((4, 4, 1))))
+
+
+@pytest.mark.parametrize("metric", ["shift_px", "rms", "rel_rms", "p99_abs", "p99_angle_deg", "max_abs", "off_by_1"])
 def test_a_noisy_truth_is_refused(metric: str, noisy: Noisy) -> None:
     with pytest.raises(ImageError, match="takes the truth as exact"):
         evaluate(metric, TRUTH + 1.0, noisy(TRUTH + 1.0, 0.1))
+
+
+@given(share=st.floats(0, 1), level=st.integers(0, 100))
+def test_what_is_off_by_more_than_1_counts_once_however_far(share: float, level: int) -> None:
+    """The vector counts, not its channels: (0.8, 0.8) is off by 1.13; (1, 0) is not off by more than 1."""
+    truth = np.full((20, 10, 2), float(level))
+    image = truth + np.array([1.0, 0.0])
+    wild = np.arange(200) < round(200 * share)
+    image.reshape(-1, 2)[wild] = level + np.where(np.arange(200) % 2, 0.8, 1e6)[wild, None]
+    samples = Samples(truth[None], np.ones((20, 10), dtype=bool))
+    assert evaluate("off_by_1", image, samples).value == pytest.approx(wild.mean())

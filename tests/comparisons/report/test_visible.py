@@ -92,6 +92,7 @@ def test_the_picture_of_significance_is_written_on_demand(tmp_path: Path) -> Non
         ("depth", [math.nan], 0.1, colour(NOT_A_NUMBER)),
         ("radiance", [math.inf, 0, 0], 1.0, colour(NOT_A_NUMBER)),
         ("uv", [0.2, 1.0], 1.0, [51, 255, 0]),
+        ("uv", [51.0, 255.0], 1 / 255, [51, 255, 0]),
     ],
 )
 def test_quantities_are_made_visible(

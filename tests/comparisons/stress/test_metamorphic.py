@@ -13,7 +13,8 @@ from realtime.frame import Frame
 from realtime.graph import Pass
 from realtime.technique import Parameter, Technique
 from scenes.image import Float64
-from scenes.model import AreaLight, ConstantLight, Diffuse, PointLight, Scene, SphereLight, ThinLens
+from scenes.materials import Diffuse
+from scenes.model import AreaLight, ConstantLight, PointLight, Scene, SphereLight, ThinLens
 
 MakeScene = Callable[..., Scene]
 Fault = Callable[[Frame, Float64], Float64]

@@ -11,11 +11,13 @@ from hypothesis import strategies as st
 
 from comparisons.stress import transforms
 from comparisons.stress.slivers import EVERY, cut, with_meshes
+from reference.strands import strands_of
 from scenes.geometry import geometry_of
 from scenes.image import Float64
 from scenes.load import library_scenes, load_scene
+from scenes.materials import Translucent
 from scenes.media import coefficients
-from scenes.model import PointLight, Scene, SphereLight, Translucent
+from scenes.model import PointLight, Scene, SphereLight
 from scenes.placing import moved
 from scenes.procedural import rotation_xyz, sphere
 from scenes.topology import is_watertight, signed_volume
@@ -109,6 +111,16 @@ def test_meshes_turn_and_grow_with_the_scene(axis: tuple[float, float, float], d
     for a, b in zip(after, geometry_of(scene), strict=True):
         np.testing.assert_allclose(a.surface.positions, factor * b.surface.positions @ rotation.T, atol=1e-4 * factor)
         np.testing.assert_allclose(a.surface.normals, b.surface.normals @ rotation.T, atol=1e-5)
+
+
+@pytest.mark.parametrize("factor", [0.01, 30.0])
+def test_hair_turns_and_grows_with_the_scene(factor: float) -> None:
+    """Its control points on a bent limb, which are the same hairs, only elsewhere and as much longer."""
+    scene, turn = load_scene(library_scenes()["hair-limb-60"]), transforms.axis_rotation((0.3, 0.8, -0.5), 33.0)
+    hair = strands_of(scene)
+    other = strands_of(transforms.turned(transforms.scaled(scene, factor), turn))
+    np.testing.assert_allclose(other.points, factor * hair.points @ turn.T, atol=1e-5 * factor)
+    np.testing.assert_allclose(other.radius, factor * hair.radius)
 
 
 @quick

@@ -1,0 +1,108 @@
+"""The talk's effects in one picture: each part drawn by the technique that ports the talk's shader for it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from realtime.camera import sensor_camera
+from realtime.character_frames import about, run, seen_by, with_settings
+from realtime.character_parts import TALK, part_kind
+from realtime.character_view import Behind, DrawnPart, see, shade
+from realtime.frame import Frame, is_environment
+from realtime.gbuffer import resolve_pass
+from realtime.graph import plan
+from realtime.lens import coc_scale
+from realtime.talk_cube import SURROUNDINGS, cube_bound, cube_passes
+from realtime.technique import Technique
+from realtime.techniques import cornea_talk, defocus_talk, displacement_talk, indirect_talk, layered_talk
+from realtime.techniques import translucency_talk as translucency
+from scenes.materials import Layered, Principled, Translucent
+from scenes.model import ConstantLight, EnvironmentLight
+from scenes.shapes import Eye, Relief, Shape
+
+if TYPE_CHECKING:
+    import moderngl
+
+EYE = cornea_talk.TECHNIQUES["cornea.talk"]
+BODY = translucency.TECHNIQUES["translucency.talk"]
+SUIT = layered_talk.TECHNIQUES["layered.talk"]
+RELIEF = displacement_talk.TECHNIQUES["displacement.talk"]
+INDIRECT = indirect_talk.TECHNIQUES["indirect.talk"]
+DEFOCUS = defocus_talk.TECHNIQUES["defocus.talk"]
+
+
+def collect_parts(frame: Frame) -> None:
+    """Write `parts`, what the talk's techniques draw as a `DrawnPart` each, and `talk_cube`, if it is used."""
+    frame.resources["parts"] = [
+        _part(frame, shape, technique)
+        for shape in frame.scene.shapes
+        if (technique := _technique(frame, shape)) is not None
+    ]
+
+
+def _technique(frame: Frame, shape: Shape) -> Technique | None:
+    material = frame.scene.materials[shape.material]
+    for setting, is_one, technique in (
+        ("eyes", isinstance(shape, Eye), EYE),
+        ("translucency", isinstance(material, Translucent), BODY),
+        ("suit", isinstance(material, Layered | Principled), SUIT),
+        ("relief", isinstance(shape, Relief), RELIEF),
+    ):
+        if is_one:
+            return technique if frame.settings[setting] == TALK else None
+    return None
+
+
+def _part(frame: Frame, shape: Shape, technique: Technique) -> DrawnPart:
+    settings = technique.settings({})
+    is_suit = technique is SUIT
+    name = f"{technique.name} {shape.name}"
+    part = about(frame, name, (shape.name,), settings, lambda mesh: not is_suit or mesh.shape == shape.name)
+    features = frame.features
+    if technique in (SUIT, RELIEF):  # they refuse a sky, which lights nothing of what the talk draws
+        lamps = tuple(e for e in frame.scene.emitters if not isinstance(e, ConstantLight | EnvironmentLight))
+        part.scene, features = part.scene.model_copy(update={"emitters": lamps}), replace(features, has_sky=False)
+    steps = technique.passes(part.scene, features, settings)[:-1]  # the last one is for pixels
+    return DrawnPart(part_kind(frame.scene, shape.name), part, plan(steps, "shaded").passes)
+
+
+def add_indirect(view: Frame) -> None:
+    """Add to `shaded` what the talk's blurred cube of the surroundings, if there are any, brings to the subject."""
+    if not any(is_environment(mesh) for mesh in view.meshes):
+        return
+    settings = INDIRECT.settings({})
+    part = about(view, "indirect.talk", view.scene.subject, settings)
+    run(part, cube_passes(view.features, SURROUNDINGS))
+    light = view.texture(view.size, 4)
+    for unit, name in enumerate(("position", "normal", "whole")):
+        view.resources[name].use(unit)
+    light.bind_to_image(0, read=False, write=True)
+    width, height = view.size
+    with cube_bound(part, 3) as captured:
+        shader = view.program("indirect_talk/lookup.comp", **captured)
+        view.dispatch(shader, width, height, **indirect_talk.lookup_uniforms(part))
+    light.use(0)
+    view.resources["shaded"].bind_to_image(0)
+    view.dispatch(view.program("character/add.comp"), width, height)
+
+
+def blur_surroundings(frame: Frame) -> None:
+    """Write `behind`: the talk's far pass, all but the subject beyond the plane that parts near and far, blurred."""
+    sensor = frame.scene.sensor
+    if coc_scale(sensor) == 0:
+        return
+    own = with_settings(frame, DEFOCUS.settings({}))
+    own.resources = {}
+    planes = defocus_talk.planes_of(own)
+    width, height = defocus_talk.far_size(own)
+    view = seen_by(frame, sensor_camera(sensor, planes.boundary, planes.far), defocus_talk.FAR_SAMPLES)
+    view.scene = frame.scene.model_copy(update={"sensor": sensor.model_copy(update={"width": width, "height": height})})
+    see(view, is_environment)
+    shade(view)
+    resolve_pass("shaded").run(view)
+    depth = defocus_talk.depth_alone(own, (width, height), planes.boundary, planes.far, cut=True)
+    picture: moderngl.Texture = view.resources["image"]
+    own.resources["far"] = defocus_talk.Picture(picture, depth)
+    defocus_talk.blur_far(own)
+    frame.resources["behind"] = Behind(own.resources["background"], planes.boundary)

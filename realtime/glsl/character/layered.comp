@@ -1,0 +1,26 @@
+#version 430
+// Surfaces of one layered material. Light from all around is taken as even: it is reflected as the layers reflect it on the whole.
+#include "indirect/direct_light.glsl"
+#include "lib/beam.glsl"
+#include "character/seen.glsl"
+#include "layered/material.glsl"
+layout(binding = 5) uniform sampler2D uv_map;
+layout(binding = 6) uniform sampler2D whole_map;
+uniform float kind;
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, imageSize(shaded))) || !is_kind(at, kind)) return;
+    vec3 position = texelFetch(position_map, at, 0).xyz, n = texelFetch(normal_map, at, 0).xyz;
+    vec3 V = normalize(eye - position), seen = vec3(0.0);
+    vec2 uv = texelFetch(uv_map, at, 0).xy;
+    if (dot(n, V) > 0.0) {
+        seen = texelFetch(whole_map, at, 0).rgb * texelFetch(around_map, at, 0).rgb;
+        for (int i = 0; i < light_count; ++i) {
+            Beam beam = beam_of(lights[i], position);
+            vec3 reflected = beam.irradiance * layered_reflection(uv, n, V, -beam.travel, 0.0);
+            if (any(greaterThan(reflected, vec3(0.0)))) seen += reflected * light_visibility(i, position, n);
+        }
+    }
+    imageStore(shaded, at, vec4(seen, 1.0));
+}

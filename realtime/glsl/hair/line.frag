@@ -1,0 +1,7 @@
+#version 430
+// A line is opaque.
+in vec3 radiance;
+layout(location = 0) out vec4 color;
+void main() {
+    color = vec4(radiance, 1.0);
+}
