@@ -8,61 +8,28 @@ A path carries with it the extinction of what it runs through, which changes whe
 body ends at its surface and nowhere else: what sticks in it, such as a neck in a garment, need not fit it. It knows one
 body at a time. Bodies that overlap, or lie in one another, are not handled: where the path leaves the second it is in
 none. Neither is a camera inside of a body, as a path begins in none.
-
-Free paths are drawn for one channel, chosen in proportion to the throughput, so that their density is that of all
-channels together; see `reference.integrators.medium_paths`.
 """
 
 from typing import Any
 
 import drjit as dr
-import numpy as np
 
 from reference.integrators.light_paths import SURVIVAL_AT_MOST, power_heuristic
-from reference.integrators.medium_paths import JUST_BEFORE, RUSSIAN_ROULETTE_BELOW, STEP, chosen_channel
+from reference.integrators.media import JUST_BEFORE, RUSSIAN_ROULETTE_BELOW, Bodies, free_path
 from reference.stage import Stage
 
 PATIENCE = 256
 """Vertices after which a path may end by chance whatever its throughput: in a white room it would go on for ever."""
 
 
-class Bodies:
-    """The translucent shapes of a scene and their coefficients per unit of length; constants of the loops below.
-
-    step : beyond the surface of a body a ray is cast anew along the same line, so that what it was aimed at stays there
-    """
-
-    def __init__(self, stage: Stage) -> None:
-        mi = stage.mi
-        box = stage.scene.bbox()
-        self.step = STEP * float(np.abs([box.min, box.max]).max())
-        self.media = []
-        for shape in stage.scene.shapes():
-            if shape.interior_medium() is not None:
-                medium = shape.interior_medium()
-                sigma_s, _, sigma_t = medium.get_scattering_coefficients(dr.zeros(mi.MediumInteraction3f))
-                self.media.append((mi.ShapePtr(shape), sigma_s, sigma_t))
-
-    def at(self, mi: Any, shape: Any) -> tuple[Any, Any, Any]:
-        """Whether shapes that were hit are bodies, and their sigma_s and sigma_t, as colours."""
-        is_body, sigma_s, sigma_t = mi.Bool(False), mi.Color3f(0.0), mi.Color3f(0.0)
-        for own, scattering, extinction in self.media:
-            is_own = shape == own
-            is_body |= is_own
-            sigma_s = dr.select(is_own, scattering, sigma_s)
-            sigma_t = dr.select(is_own, extinction, sigma_t)
-        return is_body, sigma_s, sigma_t
-
-
 def trace_full_paths(stage: Stage, sampler: Any, ray: Any) -> Any:
     """Radiance along one path for each camera ray from everything but the emitter that the ray itself meets."""
     mi = stage.mi
-    return _loop(mi, stage.scene, Bodies(stage), sampler, mi.Ray3f(ray), mi.Bool(True))
+    return _loop(mi, stage.scene, Bodies(mi, stage.scene.shapes()), sampler, mi.Ray3f(ray), mi.Bool(True))
 
 
 @dr.syntax  # type: ignore[untyped-decorator]
 def _loop(mi: Any, scene: Any, bodies: Any, sampler: Any, ray: Any, active: Any) -> Any:
-    context = mi.BSDFContext()
     radiance = mi.Color3f(0.0)
     beta = mi.Color3f(1.0)
     sigma_s, sigma_t = mi.Color3f(0.0), mi.Color3f(0.0)  # of what the ray runs through
@@ -77,26 +44,13 @@ def _loop(mi: Any, scene: Any, bodies: Any, sampler: Any, ray: Any, active: Any)
         is_body, inner_s, inner_t = bodies.at(mi, si.shape)
         in_medium = active & (dr.max(sigma_t) > 0)
 
-        # Sample a free path for one channel and weight it by what all channels would have done.
-        share = beta / dr.sum(beta)
-        chosen = chosen_channel(share, sigma_t, sampler.next_1d())
-        free_path = -dr.log(1.0 - sampler.next_1d()) / chosen
-        scatters = in_medium & (free_path < si.t)
-        distance = dr.select(scatters, free_path, si.t)
-        transmittance = dr.select(in_medium, dr.exp(-sigma_t * distance), 1.0)
-        scattered = sigma_s / dr.sum(share * sigma_t * transmittance)
-        passed = dr.select(in_medium, 1.0 / dr.sum(share * transmittance), 1.0)
-        beta *= transmittance * dr.select(scatters, scattered, passed)
+        scatters, distance, weight = free_path(sampler, beta, sigma_s, sigma_t, in_medium, si.t)
+        beta *= weight
+        position = ray(distance)
 
         # Light that the path ran into by itself, but not at once: that is what the caller adds.
-        meets = active & ~scatters
-        emitter = si.emitter(scene, meets)
-        counts = meets & ~is_first & (emitter != None)  # noqa: E711
-        direction = mi.DirectionSample3f(scene, si, previous)
-        emitter_pdf = scene.pdf_emitter_direction(previous, direction, counts & ~was_smooth)
-        weight = dr.select(was_smooth, 1.0, power_heuristic(previous_pdf, emitter_pdf))
-        radiance += dr.select(counts, beta * emitter.eval(si, counts) * weight, 0.0)
-
+        met = active & ~scatters & ~is_first
+        radiance += _met(mi, scene, si, beta, previous, previous_pdf, was_smooth, met)
         is_first = mi.Bool(False)
 
         # Bodies let light pass; here it runs on in the body, or out of it.
@@ -104,28 +58,18 @@ def _loop(mi: Any, scene: Any, bodies: Any, sampler: Any, ray: Any, active: Any)
         crosses = active & ~scatters & is_body
         enters = crosses & (dr.dot(ray.d, si.n) < 0)
         on_surface = active & ~scatters & ~is_body
-        bsdf = si.bsdf()
+        here = _vertex(mi, si, position, scatters)
 
         # Light that arrives at the vertex straight from an emitter.
-        inside = dr.zeros(mi.SurfaceInteraction3f)
-        inside.p = ray(distance)
-        here = dr.select(scatters, inside, si)
-        is_rough = scatters | (on_surface & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth))
-        light, arriving = scene.sample_emitter_direction(here, sampler.next_2d(), False, is_rough)
-        connects = is_rough & (light.pdf > 0) & dr.any(arriving != 0.0)
-        value, pdf = bsdf.eval_pdf(context, si, si.to_local(light.d), connects & on_surface)
-        value = dr.select(scatters, mi.Color3f(dr.inv_four_pi), value)
-        pdf = dr.select(scatters, dr.inv_four_pi, pdf)
-        connects &= dr.any(value * beta != 0.0)
-        towards = si.spawn_ray_to(light.p)
-        left = dr.select(scatters, light.dist * JUST_BEFORE, towards.maxt)
-        towards = mi.Ray3f(dr.select(scatters, inside.p, towards.o), light.d)
-        reaching = arriving * _transmittance(mi, scene, bodies, towards, left, sigma_t, mi.Bool(connects))
-        weight = dr.select(light.delta, 1.0, power_heuristic(light.pdf, pdf))
-        radiance += dr.select(connects, beta * value * reaching * weight, 0.0)
+        light, arriving = scene.sample_emitter_direction(here, sampler.next_2d(), False, scatters | on_surface)
+        value = _spread(mi, si, light, beta, scatters, on_surface)
+        connects = (scatters | on_surface) & (light.pdf > 0) & dr.any(value * arriving != 0.0)
+        towards, left = _towards(mi, si, light, position, scatters)
+        reaching = _transmittance(mi, scene, bodies, towards, left, sigma_t, mi.Bool(connects))
+        radiance += dr.select(connects, value * arriving * reaching, 0.0)
 
         # Continue the path.
-        sample, bsdf_weight = bsdf.sample(context, si, sampler.next_1d(), sampler.next_2d(), on_surface)
+        sample, bsdf_weight = si.bsdf().sample(mi.BSDFContext(), si, sampler.next_1d(), sampler.next_2d(), on_surface)
         anywhere = mi.warp.square_to_uniform_sphere(sampler.next_2d())
         onward = dr.select(on_surface, si.to_world(sample.wo), ray.d)
         begin = dr.select(on_surface, si.spawn_ray(onward).o, ray(distance + dr.select(crosses, bodies.step, 0.0)))
@@ -147,6 +91,41 @@ def _loop(mi: Any, scene: Any, bodies: Any, sampler: Any, ray: Any, active: Any)
         beta[plays & active] = beta / survival
 
     return radiance
+
+
+def _met(
+    mi: Any, scene: Any, si: Any, beta: Any, previous: Any, previous_pdf: Any, was_smooth: Any, active: Any
+) -> Any:
+    """Light of the emitters that paths ran into, weighted against joining the vertex before to them."""
+    emitter = si.emitter(scene, active)
+    counts = active & (emitter != None)  # noqa: E711
+    direction = mi.DirectionSample3f(scene, si, previous)
+    pdf = scene.pdf_emitter_direction(previous, direction, counts & ~was_smooth)
+    weight = dr.select(was_smooth, 1.0, power_heuristic(previous_pdf, pdf))
+    return dr.select(counts, beta * emitter.eval(si, counts) * weight, 0.0)
+
+
+def _vertex(mi: Any, si: Any, position: Any, scatters: Any) -> Any:
+    """What is joined to emitters: the surface, or a place in a body, which has no normal."""
+    inside = dr.zeros(mi.SurfaceInteraction3f)
+    inside.p = position
+    return dr.select(scatters, inside, si)
+
+
+def _spread(mi: Any, si: Any, light: Any, beta: Any, scatters: Any, on_surface: Any) -> Any:
+    """Part of the light of sampled emitters that vertices send on to the sensor, weighted against running into them."""
+    bsdf = si.bsdf()
+    value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, si.to_local(light.d), on_surface & (light.pdf > 0))
+    value = dr.select(scatters, mi.Color3f(dr.inv_four_pi), value)
+    pdf = dr.select(scatters, dr.inv_four_pi, pdf)
+    return beta * value * dr.select(light.delta, 1.0, power_heuristic(light.pdf, pdf))
+
+
+def _towards(mi: Any, si: Any, light: Any, position: Any, scatters: Any) -> tuple[Any, Any]:
+    """The ray from a vertex to an emitter, and its length."""
+    ray = si.spawn_ray_to(light.p)
+    origin = dr.select(scatters, position, ray.o)
+    return mi.Ray3f(origin, light.d), dr.select(scatters, light.dist * JUST_BEFORE, ray.maxt)
 
 
 @dr.syntax  # type: ignore[untyped-decorator]
