@@ -113,7 +113,7 @@ def test_paths_in_a_slab_are_what_adding_and_doubling_gives(
     assert truth.is_exact
     assert truth.mask.all()
     exact = truth.accumulators[0].reshape(-1, 3).astype(np.float64)
-    assert_agree(paths(stage_of(mi, scene), 256), exact, most=0.01)
+    assert_agree(paths(stage_of(mi, scene), 512), exact, most=0.01)
 
 
 def test_a_thick_slab(bodies: Callable[..., Scene], reference: MakeReference, mi: ModuleType) -> None:
