@@ -39,7 +39,9 @@ def other() -> Prepared:
     return Renderer(small("shadow-room-10cm")).prepared(technique("lighting.talk"), {"side": 16})
 
 
-@pytest.mark.parametrize("name", MODULES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name.startswith("character.") else ()) for name in MODULES]
+)
 def test_later_frames_show_what_the_first_one_shows(name: str, other: Prepared) -> None:
     """Bit by bit, though the baked passes do not run again, and another technique draws in between."""
     prepared = prepared_for(name)

@@ -288,6 +288,7 @@ def furry(make_scene: MakeScene) -> Scene:
     )
 
 
+@pytest.mark.slow
 def test_hair_and_the_rest_of_what_is_seen_are_the_whole(furry: Scene, stage_of: Callable[[Scene], Stage]) -> None:
     """Light that hair sends to the sensor, light that balls send there, and the sky between them."""
 

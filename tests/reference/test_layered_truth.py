@@ -128,6 +128,7 @@ def test_the_closed_form_is_what_path_tracing_finds(suit: MakeSuit, mi: ModuleTy
     assert (np.abs(means.mean(axis=0) - expected) < 5 * error).all()
 
 
+@pytest.mark.slow
 def test_a_small_ball_of_light_is_a_point(suit: MakeSuit, reference: MakeReference) -> None:
     radius, place = 0.02, LAMP["position"]
     intensity = math.pi * radius**2 * 5000.0
@@ -168,6 +169,7 @@ def test_a_plate_under_an_even_sky_shows_its_albedo(suit: MakeSuit, mi: ModuleTy
     assert (albedo < 1).all()
 
 
+@pytest.mark.slow
 def test_a_lambertian_ball_is_what_radiance_says(suit: MakeSuit, reference: MakeReference) -> None:
     scene = suit({"type": "diffuse", "reflectance": [0.5, 0.2, 0.1]}, SUN)
     exact = reference(scene).truth("layered_radiance", 0).accumulators[0]

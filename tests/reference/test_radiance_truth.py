@@ -66,6 +66,7 @@ def means(truth: Truth) -> Float64:
     return found
 
 
+@pytest.mark.slow
 def test_a_sphere_in_a_glowing_one(make_scene: MakeScene, make_cavity: MakeCavity, reference: MakeReference) -> None:
     """Two zones, all uniform: of what leaves the outer sphere, F = (r/R)² reaches the inner one, the rest itself.
 
@@ -334,6 +335,7 @@ def test_light_that_cannot_be_is_not_sampled(
     assert not estimates_of(build_stage(mi, scene, geometry_of(scene)), spp=64, count=2).any()
 
 
+@pytest.mark.slow
 def test_direct_and_indirect_light_add_up_to_all_light(make_scene: MakeScene, reference: MakeReference) -> None:
     scene = make_scene(sensor=close_up(1.2, 20.0), materials={"white": diffuse(0.7, 0.7, 0.7), "red": GREY}, **ROOMY)
     made = reference(scene)

@@ -182,6 +182,7 @@ def test_its_back_is_black(slide: Scene, mi: ModuleType, gl: "moderngl.Context")
     assert seen_by_opengl(gl, behind).max() == 0
 
 
+@pytest.mark.slow
 def test_a_picture_and_its_negative_light_as_much_as_none(
     make_scene: MakeScene, reference: Callable[[Scene], Reference], tmp_path: Path
 ) -> None:

@@ -50,6 +50,7 @@ def test_every_world_is_a_room_with_a_light_inside() -> None:
     assert world("hard").emitters != world("easy").emitters
 
 
+@pytest.mark.slow
 def test_intervals_cover_what_they_say(pool: Pool) -> None:
     """95 % of 200; and means within three of their standard errors: twelve are looked at."""
     for row in coverage(pool, 200, quiet):
