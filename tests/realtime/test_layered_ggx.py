@@ -191,7 +191,7 @@ def test_a_diffuse_card_shows_its_closed_form(make_scene: MakeScene, draw: Draw)
 
 
 def test_metal_that_covers_nothing_or_all(make_scene: MakeScene, draw: Draw) -> None:
-    """The coats are mixed from the lowest to the topmost; other coats make another program, which may round otherwise."""
+    """Coats are mixed from the lowest to the topmost; other coats make another program, which may round otherwise."""
     gold, silver = ({"metal": name, "alpha": 0.5, "weight": 1.0} for name in ("Au", "Ag"))
 
     def image(*metals: dict[str, Any]) -> Float32:
