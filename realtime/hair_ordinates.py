@@ -1,4 +1,4 @@
-"""Light that goes from hair to hair: discrete ordinates on the grid of `realtime.hair_voxels`.
+"""Light that goes from hair to hair, or comes from the sky: discrete ordinates on the grid of `realtime.hair_voxels`.
 
 Chandrasekhar 1960, "Radiative Transfer", chapter II. Hair is taken as a medium whose extinction and phase function
 depend on the direction against its tangent (Jakob et al. 2010, "A Radiative Transfer Framework for Rendering Materials
@@ -16,7 +16,7 @@ from realtime.capture import bind_lights, large_buffer
 from realtime.fibre import FibreTable, at_inclination, fibre_table, scattering
 from realtime.frame import Frame
 from realtime.graph import Pass
-from realtime.hair_voxels import FIBRE_UNIT, TANGENTS, fibre_of, march_defines, thickest
+from realtime.hair_voxels import FIBRE_UNIT, TANGENTS, Voxels, fibre_of, march_defines, thickest
 from realtime.lights import directions
 from realtime.ordinates import LEVEL_SYMMETRIC, level_symmetric
 from realtime.sky import sky_directions, sky_pixels
@@ -50,17 +50,25 @@ ITERATIONS = Parameter("iterations", 8, (0, 2, 4, 8, 16), "times that light goes
 ORDER = Parameter("order", 6, tuple(LEVEL_SYMMETRIC), "N of the S_N set of directions: 24, 48 or 80 of them", (4, 8))
 
 
-def ordinates_passes(skip: str) -> list[Pass]:
-    """Write `hair_ordinates`, the light that comes to each cell along each ordinate; none of it for a reason."""
+def ordinates_passes(dark: str, once: str, has_sky: bool) -> list[Pass]:
+    """Write `hair_ordinates`, the light that comes to each cell along each ordinate.
+
+    Parameters
+    ----------
+    dark : why none does, or nothing.
+    once : why hair sends none of it on, or nothing. What is left then is the sky's light.
+    """
+    if once and has_sky:
+        return [Pass("sky on hair", _carry_sky, reads=("voxels",), writes=("hair_ordinates",), skip=dark)]
     return [
-        Pass("hair phases", _bake_phases, writes=("hair_phases",), is_baked=True, skip=skip),
+        Pass("hair phases", _bake_phases, writes=("hair_phases",), is_baked=True, skip=dark or once),
         Pass(
             "hair ordinates",
             _solve,
             reads=("voxels", "fibres", "lights", "hair_phases"),
             uses=("shadow_atlas",),
             writes=("hair_ordinates",),
-            skip=skip,
+            skip=dark or once,
         ),
     ]
 
@@ -111,16 +119,35 @@ def ordinate_rows(scene: Scene, quadrature: Float32) -> Float32:
     return rows
 
 
-def _solve(frame: Frame) -> None:
-    context, voxels = frame.context, frame.resources["voxels"]
-    cells, volume = voxels.cells, voxels.cells**3
+def _quadrature(frame: Frame) -> tuple[int, moderngl.Buffer]:
+    """How many ordinates there are, and their rows."""
     quadrature = level_symmetric(int(frame.settings[ORDER.name]))
-    defines = {"CELLS": cells, "ORDINATES": len(quadrature)}
-    ordinates = frame.once(
+    rows = frame.once(
         ("hair ordinates", len(quadrature)),
-        lambda: context.buffer(ordinate_rows(frame.scene, quadrature).tobytes()),
+        lambda: frame.context.buffer(ordinate_rows(frame.scene, quadrature).tobytes()),
     )
-    sources, along, sent = (_rays(frame, name, len(quadrature) * volume) for name in ("sources", "along", "sent"))
+    return len(quadrature), rows
+
+
+def _carry_sky(frame: Frame) -> None:
+    voxels: Voxels = frame.resources["voxels"]
+    count, ordinates = _quadrature(frame)
+    along = _rays(frame, "along", count * voxels.cells**3)
+    voxels.bind()
+    along.bind_to_storage_buffer(1)
+    ordinates.bind_to_storage_buffer(2)
+    voxels.rows.bind_to_storage_buffer(6)
+    defines = {"CELLS": voxels.cells, "ORDINATES": count, "SKY_ALONE": 1, "SHADOWED": march_defines(frame)["SHADOWED"]}
+    frame.dispatch(frame.program("hair_light/sweep.comp", **defines), count, group=(1, 1))
+    frame.resources["hair_ordinates"] = HairOrdinates(along, ordinates, count)
+
+
+def _solve(frame: Frame) -> None:
+    voxels: Voxels = frame.resources["voxels"]
+    cells, volume = voxels.cells, voxels.cells**3
+    count, ordinates = _quadrature(frame)
+    defines = {"CELLS": cells, "ORDINATES": count}
+    sources, along, sent = (_rays(frame, name, count * volume) for name in ("sources", "along", "sent"))
     for sums in (sources, along):
         frame.submit(sums.clear)
     voxels.bind()
@@ -139,11 +166,11 @@ def _solve(frame: Frame) -> None:
     sent.bind_to_storage_buffer(5)
     frame.resources["hair_phases"].bind_to_storage_buffer(3)
     scatter = frame.program("hair_light/scatter.comp", TANGENTS=TANGENTS, **defines)
-    sweep = frame.program("hair_light/sweep.comp", **defines)
+    sweep = frame.program("hair_light/sweep.comp", SHADOWED=1, **defines)
     for _ in range(int(frame.settings[ITERATIONS.name])):
-        frame.dispatch(scatter, volume, len(quadrature), group=(64, 1))
-        frame.dispatch(sweep, len(quadrature), group=(1, 1))
-    frame.resources["hair_ordinates"] = HairOrdinates(along, ordinates, len(quadrature))
+        frame.dispatch(scatter, volume, count, group=(64, 1))
+        frame.dispatch(sweep, count, group=(1, 1))
+    frame.resources["hair_ordinates"] = HairOrdinates(along, ordinates, count)
 
 
 def _rays(frame: Frame, name: str, count: int) -> moderngl.Buffer:

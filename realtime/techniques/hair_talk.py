@@ -9,7 +9,7 @@ from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
 from realtime.hair import SEGMENTS, samples_pass
 from realtime.hair_guides import chart_between_passes, hairs_between_passes
-from realtime.hair_light import TALK_LIGHT, hair_talk_light_passes
+from realtime.hair_light import TALK_LIGHT, hair_talk_light_passes, require_no_sky
 from realtime.hair_ribbons import draw_pass
 from realtime.technique import Technique
 from scenes.checks import SettingValue
@@ -32,6 +32,7 @@ def _coverage_passes(scene: Scene, features: Features, settings: Mapping[str, Se
 
 
 def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
+    require_no_sky(scene, features)
     return [
         *hairs_between_passes(),
         samples_pass(),
@@ -45,6 +46,10 @@ LIMITS = (
     "Bases are stored for the skin at rest and for its morph target; what lies between both, and what bones do to them "
     "together, is interpolated, and nothing makes them orthonormal again. Hairs are interpolated in the world. A line "
     "is one pixel wide, however far or thin its hair."
+)
+LIGHT_LIMITS = (
+    f"{LIMITS} Nothing is in the way of light, and it is scattered once; there may be no sky. Colours were painted: "
+    "here they send as much in all, and as much of it as a highlight, as the fibre does to an eye at its side."
 )
 TECHNIQUES = {
     t.name: t
@@ -81,9 +86,9 @@ TECHNIQUES = {
         Technique(
             name="hair.talk",
             approximates="hair_radiance",
-            summary="lines of one pixel, lit as Kajiya and Kay have it",
+            summary="lines of one pixel, lit as Kajiya and Kay have it, in colours matched to the fibre's albedo",
             source="kajiya-1989",
-            limits=f"{LIMITS} Nothing is in the way of light, and it is scattered once.",
+            limits=LIGHT_LIMITS,
             passes=_passes,
             parameters=(PIECES, *TALK_LIGHT),
             grid=1,

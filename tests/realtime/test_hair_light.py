@@ -28,12 +28,13 @@ from realtime.fibre import (
 from realtime.frame import Frame
 from realtime.hair import HairSamples, Strands
 from realtime.hair_ordinates import ordinate_rows, phases
-from realtime.hair_voxels import FIBRE_UNIT, Voxels
+from realtime.hair_voxels import FIBRE_UNIT, Voxels, fibre_of
 from realtime.lights import directions
 from realtime.ordinates import level_symmetric
 from realtime.shader import program, set_uniforms
 from realtime.sky import sky_directions
 from realtime.techniques import technique
+from scenes.errors import InputError
 from scenes.exr import write_exr
 from scenes.image import Float32, Float64, Image
 from scenes.materials import Fibre
@@ -466,6 +467,36 @@ def test_each_part_of_the_light_has_a_switch(make_hair: MakeScene, frame_with: F
     assert once < 0.5 * whole
     switches = {p.name: p.off for p in technique("hair.frame").parameters if p.off is not None}
     assert {"fibre", "transmittance", "hot_spot", "iterations"} <= switches.keys()
+
+
+SKY = [{"type": "constant", "radiance": [1.0, 2.0, 3.0]}]
+
+
+def test_light_of_the_sky_that_is_scattered_once(make_hair: MakeScene, frame_with: FrameWith) -> None:
+    """Seven hairs that nothing hides from an even sky but the skin below: at their tips their albedo times the sky.
+
+    For some the skin hides a part of where they let light through. Hair in the way takes some light, and what goes on
+    from hair to hair adds some.
+    """
+    few = make_hair(hair=GRASS | {"count": 7}, skin=MEADOW | {"size": [2.0, 2.0]}, emitters=SKY)
+    bare = frame_with(few, "hair.frame", "hair_radiance", iterations=0, transmittance="none")
+    tips = radiance_of(bare).reshape(7, -1, 3)[:, -1]
+    albedo = fibre_table(fibre_of(few, "fibre")).albedo
+    sky = np.array([1.0, 2.0, 3.0])
+    assert (tips <= albedo.max(axis=0) * sky * 1.001).all()
+    assert (tips >= 0.8 * albedo.min(axis=0) * sky).all()
+    many = make_hair(hair=GRASS | {"count": 600}, skin=MEADOW, emitters=SKY)
+    free, hidden, whole = (
+        radiance_of(frame_with(many, "hair.frame", "hair_radiance", cells=12, order=4, **use)).mean()
+        for use in ({"iterations": 0, "transmittance": "none"}, {"iterations": 0}, {"iterations": 8})
+    )
+    assert 0 < hidden < 0.8 * free
+    assert whole > 1.2 * hidden
+
+
+def test_the_talks_hair_refuses_a_sky(make_hair: MakeScene, frame_with: FrameWith) -> None:
+    with pytest.raises(InputError, match="Found a sky in"):
+        frame_with(make_hair(emitters=SUN + SKY), "hair.talk", "hair_radiance")
 
 
 def test_without_lights_hair_is_dark(make_hair: MakeScene, frame_with: FrameWith) -> None:

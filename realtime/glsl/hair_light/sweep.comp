@@ -3,13 +3,16 @@
 // constant (step characteristics: Lewis & Miller 1984, "Computational Methods of Neutron Transport", section 4-3).
 // A bundle of rays crosses the skin in several cells, a part of it in each. What is carried is the light of those rays that are outside the
 // body, where hair is, and in w the part that has crossed: above 0 outwards, below 0 inwards.
+// With SKY_ALONE neither hair nor skin sends any; without SHADOWED hair takes none.
 #include "lib/step_characteristic.glsl"
 #include "hair_light/extinction.glsl"
 #include "hair_light/ordinates.glsl"
 #include "hair_light/rows.glsl"
 layout(local_size_x = CELLS, local_size_y = CELLS) in;
 layout(std430, binding = 1) writeonly buffer Along { vec4 along[]; };  // w: part of it that comes to the skin
+#ifndef SKY_ALONE
 layout(std430, binding = 5) readonly buffer Sent { vec4 sent[]; };
+#endif
 shared vec4 plane[CELLS * CELLS];
 
 vec4 on_plane(ivec2 at, vec4 sky) {
@@ -49,11 +52,16 @@ void main() {
         int index = cell_index(cell);
         vec4 skin = rows[index].skin, hair = texelFetch(across, cell, 0);
         float cosine = dot(skin.xyz, direction);
-        bundle = crossing_skin(bundle, cosine, abs(cosine) * skin.w * path / volume, rows[index].radiance.rgb);
+        vec3 from_skin = vec3(0.0), from_hair = vec3(0.0);
+#ifndef SKY_ALONE
+        from_skin = rows[index].radiance.rgb;
+        from_hair = sent[ordinate * CELLS * CELLS * CELLS + index].rgb;
+#endif
+        bundle = crossing_skin(bundle, cosine, abs(cosine) * skin.w * path / volume, from_skin);
         vec3 mean = bundle.rgb, leaving = bundle.rgb;
         if (hair.x > 0.0) {
-            float extinction = hair_extinction(hair, texelFetch(between, cell, 0).xyz, direction);
-            vec3 emitted = extinction * sent[ordinate * CELLS * CELLS * CELLS + index].rgb;
+            float extinction = float(SHADOWED) * hair_extinction(hair, texelFetch(between, cell, 0).xyz, direction);
+            vec3 emitted = extinction * from_hair;
             float others = rows[index].hair.w;
             mean = step_characteristic(bundle.rgb, others * emitted, vec3(others * extinction), path).mean;
             leaving = step_characteristic(bundle.rgb, emitted, vec3(extinction), path).leaving;
