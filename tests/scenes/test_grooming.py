@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import RegularGridInterpolator
 
 from scenes.errors import SceneError
 from scenes.exr import write_exr
@@ -89,6 +90,24 @@ def test_between_guides_hair_is_bilinear(hairy: MakeScene) -> None:
     uv = np.array([[0.25 * (1 + 0.3), 0.2 + 0.15 * (2 + 0.6)]])
     expected = 0.4 * (0.7 * grid[2, 1] + 0.3 * grid[2, 2]) + 0.6 * (0.7 * grid[3, 1] + 0.3 * grid[3, 2])
     np.testing.assert_allclose(shape_at(scene, scene.hair[0], uv)[0], expected, atol=1e-12)
+
+
+def test_every_hair_is_the_guides_around_its_own_root(hairy: MakeScene, tmp_path: Path) -> None:
+    """Scipy's interpolation on the grid of guides, curl in closed form, lengths interpolated over texels by hand.
+
+    Both sides of a comparison take hair in the frames of its roots from here: this is what holds it.
+    """
+    scene = hairy(curl=0.1, length_map=texture(tmp_path, [[0.4, 0.8]]))
+    grown = groom(scene, scene.hair[0])
+    (u, v), along = grown.uv.T, np.linspace(0, 1, 5)
+    between = RegularGridInterpolator((0.2 + 0.6 * along, along), grown.guides.reshape(5, 5, 12))(
+        np.column_stack([v, u])
+    ).reshape(-1, 4, 3)
+    for k in range(4):
+        angle = 2 * np.pi * (13 * u + 8 * (v - 0.2) / 0.6 + k / 3)
+        between[:, k, :2] += 0.1 * 6.0 * k / 3 * np.column_stack([np.cos(angle), np.sin(angle)])
+    length = 0.6 + 0.2 * np.interp(u, [0, 0.25, 0.75, 1], [0, -1, 1, 0])  # texels' centres, and the texture repeats
+    np.testing.assert_allclose(grown.shape, length[:, None, None] * between, atol=1e-6)
 
 
 def test_without_spread_and_comb_hair_stands_straight(hairy: MakeScene) -> None:
