@@ -40,6 +40,7 @@ TOLERANCES: Mapping[str, Tolerance] = {
     "hair_tangent": Tolerance(1e-4, "rms", "hair of a hundred pixels ends within a hundredth of one"),
     "hair_coverage": Tolerance(1e-2, "rms", "a quarter of its budget"),
     "iris_uv": Tolerance(1e-3, "rms", "a texel of an iris 1000 texels wide"),
+    "displaced_uv": Tolerance(1e-2, "texels, rms", "a hundredth of what counts as off"),
 }
 RADIANCE = Tolerance(1e-2, f"rms over the mean {OF_BASE}", "a third of the strictest budget of what is not closed-form")
 SHARES = frozenset({"visibility", "coverage", "albedo", "hair_coverage"})
