@@ -210,6 +210,48 @@ def test_bent_by_90_degrees_the_talks_hair_shrinks(make_hair: MakeScene, draw: D
     assert ratio.min() == pytest.approx(np.cos(np.pi / 4), abs=0.03)
 
 
+@pytest.mark.parametrize(("bulge", "share"), [(0.0, 0.0), (0.5, 0.25), (1.0, 0.32)])
+@pytest.mark.parametrize("way", ["talk", "frame"])
+def test_hair_that_is_combed_flat_ends_below_a_skin_that_swells(
+    make_hair: MakeScene, strand_points: StrandPoints, bulge: float, share: float, way: str
+) -> None:
+    """A hair does not know the skin beside its root: combed along the limb it is straight where the skin curves up.
+
+    Nothing lifts it. None of it ends below the straight limb; swollen by half a quarter does, by all of it a third,
+    some of it farther down than a third of its length.
+    """
+    flat = {"count": 3000, "comb": [0.0, 20.0], "guides": 24, "curl": 0.0, "spread": 0.0}
+    scene = make_hair({"bulge": bulge, "detail": 64}, flat | {"region": [0.0, 0.2, 1.0, 0.8]})
+    skin = limb(scene.shapes[0]).positions  # type: ignore[arg-type]
+    skin, tips = skin[skin[:, 1].argsort()], strand_points(scene, f"hair.{way}_coverage")[:, 3]
+    depth = np.interp(tips[:, 1], skin[:, 1], np.hypot(skin[:, 0], skin[:, 2])) - np.hypot(tips[:, 0], tips[:, 2])
+    assert np.mean(depth > 0) == pytest.approx(share, abs=0.02)
+    assert (depth.max() > 4.0) == (bulge == 1.0)
+
+
+@pytest.mark.parametrize(
+    ("stored", "part"),
+    [
+        (lambda x: x.astype(np.float16), 3.2e-4),
+        (lambda x: np.round(x * 32767) / 32767, 2.6e-5),
+        (lambda x: np.round(x * 127) / 127, 6.7e-3),
+    ],
+    ids=["fp16", "snorm16", "snorm8"],
+)
+def test_what_guides_lose_in_fewer_bits(
+    make_hair: MakeScene, stored: Callable[[Float64], Float64], part: float
+) -> None:
+    """The farthest that a control point moves, as part of the largest coordinate, which is stored as 1.
+
+    Hair between guides moves no farther.
+    """
+    scene = make_hair(hair={"guides": 64})
+    guides = groom(scene, scene.hair[0]).guides
+    unit = guides / np.abs(guides).max()
+    moved = np.linalg.norm(stored(unit).astype(float) - unit, axis=-1).max()
+    assert moved == pytest.approx(part, rel=0.1)
+
+
 # Charts.
 
 
