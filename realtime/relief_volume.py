@@ -10,6 +10,15 @@ import numpy as np
 
 from scenes.image import Bool, Float64
 
+TEXTURE_SPACE = (1.0, 1.0, 1.0)
+"""The metric of distances in texture space itself, whatever a block measures."""
+
+
+def cubic(heights: Float64, slices: int) -> tuple[float, float, float]:
+    """The metric in which the voxels over a height field are cubes of size 1."""
+    rows, columns = heights.shape
+    return columns - 1.0, rows - 1.0, float(slices)
+
 
 @dataclass(frozen=True)
 class DistanceVolume:
@@ -24,8 +33,10 @@ class DistanceVolume:
     last: tuple[float, float, float]
 
 
-def voxel_distances(heights: Float64, slices: int) -> DistanceVolume:
-    """As published: from each voxel's middle to that of the nearest one on or in the surface, in texture space.
+def voxel_distances(
+    heights: Float64, slices: int, metric: tuple[float, float, float] = TEXTURE_SPACE
+) -> DistanceVolume:
+    """From each voxel's middle to that of the nearest one on or in the surface; as published, in texture space itself.
 
     A voxel is in the surface if its middle is; those at the bottom all are, so that no ray passes through. Columns
     stand where the samples of the field are.
@@ -35,10 +46,10 @@ def voxel_distances(heights: Float64, slices: int) -> DistanceVolume:
     rows, columns = heights.shape
     is_empty = np.arange(slices)[:, None, None] + 0.5 > heights * slices
     is_empty[0] = False
-    spacing = (1 / slices, 1 / (rows - 1), 1 / (columns - 1))
+    spacing = (metric[2] / slices, metric[1] / (rows - 1), metric[0] / (columns - 1))
     distances = cast("Float64", distance_transform_edt(is_empty, sampling=spacing))
     half = 0.5 / columns, 0.5 / rows
-    return DistanceVolume(distances, (1.0, 1.0, 1.0), (*half, 0.0), (1 - half[0], 1 - half[1], 1.0))
+    return DistanceVolume(distances, metric, (*half, 0.0), (1 - half[0], 1 - half[1], 1.0))
 
 
 def signed_distances(heights: Float64, slices: int, extent: tuple[float, float, float]) -> DistanceVolume:

@@ -15,7 +15,7 @@ from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
 from realtime.relief import require_no_sky, the_relief
 from realtime.relief_polygons import LIMITS, draw_polygons
-from realtime.relief_volume import DistanceVolume, signed_distances, voxel_distances
+from realtime.relief_volume import DistanceVolume, cubic, signed_distances, voxel_distances
 from realtime.shadows import lights_pass
 from realtime.technique import Parameter, Technique
 from realtime.techniques.displacement_parallax import FACETS
@@ -31,8 +31,9 @@ MARCH = (
     Parameter(
         "distances",
         "voxels",
-        ("voxels", "signed"),
-        "voxels: as published, from a volume of 0 and 1, in texture space; signed: lengths from nodes, below 0 inside",
+        ("voxels", "cubic", "signed"),
+        "voxels: as published, from a volume of 0 and 1, in texture space; cubic: in voxels, as if they were cubes; "
+        "signed: lengths from nodes, below 0 inside",
     ),
     Parameter("slices", 32, (8, 16, 32, 64), "of the volume along the depth", (2, 512)),
     Parameter("format", "r16f", tuple(FORMATS), "of a distance in the volume"),
@@ -49,10 +50,11 @@ def _volume_pass() -> Pass:
 def _volume(frame: Frame) -> None:
     settings, shape = frame.settings, the_relief(frame.scene)
     heights, slices = heights_of(frame.scene, shape), int(settings["slices"])
-    if settings["distances"] == "signed":
-        volume = signed_distances(heights, slices, (*shape.size, shape.depth))
-    else:
-        volume = voxel_distances(heights, slices)
+    volume = {
+        "voxels": lambda: voxel_distances(heights, slices),
+        "cubic": lambda: voxel_distances(heights, slices, cubic(heights, slices)),
+        "signed": lambda: signed_distances(heights, slices, (*shape.size, shape.depth)),
+    }[str(settings["distances"])]()
     frame.resources["volume"] = _uploaded(frame, volume, FORMATS[str(settings["format"])])
 
 

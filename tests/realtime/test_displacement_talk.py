@@ -1,5 +1,6 @@
 """The talk's march through a volume of distances, and its rival: against a march in float64, and on planes."""
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -7,8 +8,9 @@ import numpy as np
 import pytest
 
 from realtime.relief_polygons import sample_normals
-from realtime.relief_volume import signed_distances, voxel_distances
+from realtime.relief_volume import TEXTURE_SPACE, cubic, signed_distances, voxel_distances
 from realtime.render import Rendering
+from realtime.shader import GLSL
 from realtime.techniques import displacement_parallax, displacement_talk
 from scenes.errors import InputError
 from scenes.image import Float32, Float64
@@ -30,16 +32,40 @@ def rng() -> np.random.Generator:
 # The volume.
 
 
-def test_voxels_are_as_far_as_the_nearest_solid_one(rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("metric", [TEXTURE_SPACE, (5.0, 4.0, 4.0), (1.0, 0.6, 0.1)])
+def test_voxels_are_as_far_as_the_nearest_solid_one(
+    rng: np.random.Generator, metric: tuple[float, float, float]
+) -> None:
     """Against all pairs of voxels."""
     heights, slices = rng.random((5, 6)), 4
-    made = voxel_distances(heights, slices)
+    made = voxel_distances(heights, slices, metric)
     k, j, i = np.meshgrid(np.arange(4), np.arange(5), np.arange(6), indexing="ij")
     points = np.stack([(k + 0.5) / slices, j / 4, i / 5], axis=-1)
     solid = points[(points[..., 0] <= heights) | (k == 0)]
-    exact = np.linalg.norm(points[..., None, :] - solid, axis=-1).min(axis=-1)
+    exact = np.linalg.norm((points[..., None, :] - solid) * metric[::-1], axis=-1).min(axis=-1)
     np.testing.assert_allclose(made.values, exact, atol=1e-12)
-    assert made.metric == (1, 1, 1)
+    assert made.metric == metric
+
+
+def test_beside_a_wall_cubic_voxels_count_columns_and_slices() -> None:
+    """A wall at u = 0 of 9 x 33 columns and 8 slices: as far as the wall or the floor, whichever is nearer."""
+    heights = np.zeros((9, 33))
+    heights[:, 0] = 1
+    made = voxel_distances(heights, 8, cubic(heights, 8))
+    slices, columns = np.ogrid[:8, :33]
+    np.testing.assert_allclose(made.values[:, 4], np.minimum(columns, slices))
+    unit = voxel_distances(heights, 8)
+    np.testing.assert_allclose(unit.values[:, 4], np.minimum(columns / 32, slices / 8))
+
+
+def test_cliffs_have_no_holes() -> None:
+    """Half-way up, nodes on both sides of a cliff are a sample's width from it.
+
+    From the ends of the columns, which are all that point samples know, it would be four to five times as much.
+    """
+    heights = np.tile([0.0, 0.0, 1.0, 1.0], (4, 1))
+    values = signed_distances(heights, 9, (0.03, 0.03, 0.1)).values
+    np.testing.assert_allclose(values[1:-1, 2, 1:3], np.broadcast_to([0.01, -0.01], (7, 2)))
 
 
 def test_the_bottom_slice_is_solid() -> None:
@@ -107,10 +133,28 @@ def test_on_a_plane_each_step_leaves_a_fixed_part_of_the_way(make_relief: MakeSc
     np.testing.assert_allclose(made, expected, atol=0.02)
 
 
+@pytest.mark.parametrize(("distances", "metric"), [("voxels", (1, 1)), ("cubic", (16, 8))])
+def test_through_voxels_too_steps_are_as_long_as_their_distances(
+    make_relief: MakeScene, draw: Draw, distances: str, metric: tuple[int, int]
+) -> None:
+    """A plane whose highest solid slice of 8 has its middle at 3 / 16, and 17 samples: a march in closed form."""
+    scene = make_relief(np.full((17, 17), 0.25), 60.0, 0.0, width=1e-4)
+    made = draw(scene, TALK, distances=distances, iterations=5, slices=8, format="r32f")[12, 12]
+    along, down = np.sin(np.radians(60)), np.cos(np.radians(60)) / 0.1
+    z = 1.0
+    for _ in range(5):
+        # Above the middle of the topmost slice lookups are clamped.
+        z -= (min(z, 15 / 16) - 3 / 16) * metric[1] * down / np.hypot(metric[0] * along, metric[1] * down)
+    np.testing.assert_allclose(made, [16 * (0.5 - (1 - z) * along / down), 8], atol=0.02)
+
+
 def test_sixteen_iterations_do_not_suffice_and_more_overshoot(
     make_relief: MakeScene, draw: Draw, marched: March
 ) -> None:
-    """With more of them what is wrong grows again for the voxels, and shrinks for signed distances."""
+    """With more of them what is wrong grows again for the voxels, and shrinks for signed distances.
+
+    Cubic voxels have longer steps: 8 of them get farther, and 16 overshoot already.
+    """
     scene = make_relief("gravel", 60.0, resolution=128, depth=0.2, pixels=(32, 32))
     true = marched(scene)
 
@@ -121,6 +165,9 @@ def test_sixteen_iterations_do_not_suffice_and_more_overshoot(
     assert 0.2 < few < 0.6
     assert many < few
     assert too_many > many
+    cubes = [wrong(distances="cubic", iterations=n) for n in (8, 16, 32)]
+    assert cubes[0] < wrong(iterations=8) - 0.2
+    assert cubes[1] < cubes[2]
     signed = [wrong(distances="signed", iterations=n) for n in (8, 16, 32, 64)]
     assert signed == sorted(signed, reverse=True)
     assert signed[-1] < 0.06
@@ -186,6 +233,12 @@ def test_the_eye_vector_is_off_between_the_corners_of_a_polygon_seen_from_close(
     assert median[0.3] > 5 * median[30.0]
 
 
+def test_lookups_by_displaced_coordinates_name_their_level() -> None:
+    """Those of neighbouring pixels may lie far apart, and a level by their derivatives would be a mean of both."""
+    for file in GLSL.glob("displacement/*"):
+        assert not re.search(r"\btexture\(", file.read_text(encoding="utf-8")), file.name
+
+
 # Light.
 
 
@@ -243,5 +296,5 @@ def test_a_sensor_inside_the_box_is_refused(make_relief: MakeScene, draw: Draw, 
 
 
 def test_an_unknown_choice_is_refused_with_the_known_ones(make_relief: MakeScene, draw: Draw) -> None:
-    with pytest.raises(InputError, match=r"allowed: 'voxels', 'signed'\."):
+    with pytest.raises(InputError, match=r"allowed: 'voxels', 'cubic', 'signed'\."):
         draw(make_relief(), TALK, distances="unsigned")
