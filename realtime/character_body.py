@@ -126,8 +126,12 @@ def _add_evenly(part: Frame, evenly: moderngl.Buffer, to: moderngl.Buffer, **def
 
 
 def put_bodies(view: Frame) -> None:
-    """Put the bodies over `shaded`, as the camera of `view` sees them and what lies behind and in them."""
-    for body in view.resources["bodies"]:
+    """Put the bodies over `shaded`, as the camera of `view` sees them and what lies behind and in them.
+
+    The farthest is put first, by its middle: of two that reach around each other one is all in front.
+    """
+    eye = np.array(view.camera.eye)
+    for body in sorted(view.resources["bodies"], key=lambda body: -float(np.linalg.norm(body.part.bounds[0] - eye))):
         _put(view, body)
 
 

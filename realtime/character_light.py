@@ -20,18 +20,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from realtime.bvh import TRIANGLES_A_LEAF, build
-from realtime.capture import bind_lights, large_buffer
+from realtime.capture import bind_lights, bounces_for, large_buffer
 from realtime.character_parts import receives
+from realtime.coat_albedo import albedo_of
 from realtime.frame import Frame
 from realtime.graph import Pass
-from realtime.layers import conductor_reflectance
 from realtime.sky import sky_texture
 from scenes.geometry import texture_of
 from scenes.image import Float32, Float64
 from scenes.materials import Diffuse, Layered, Material, Principled, Texture, Translucent
 from scenes.media import coefficients
 from scenes.mesh import Interface, Mesh, Surface
-from scenes.metals import refractive_index
 from scenes.model import Scene
 
 if TYPE_CHECKING:
@@ -43,8 +42,6 @@ OFFSET = 2e-4
 LARGEST = 1 / 12
 """Edges longer than this part of the scene's size are divided: a triangle has one radiosity."""
 
-BOUNCES = 4
-
 TRIANGLE_RAYS = 8
 """From each triangle, in directions of its own: what gathers from many triangles sees the mean of their errors."""
 
@@ -55,6 +52,7 @@ class Hierarchy:
 
     places      : rows of two vec4: the middle of each triangle and its normal
     reflectance : a vec4 for each triangle, w the number of its shape
+    brightest   : the largest of these reflectances
     shapes      : their names
     """
 
@@ -65,6 +63,7 @@ class Hierarchy:
     node_count: int
     count: int
     offset: float
+    brightest: float
     shapes: tuple[str, ...]
 
     def bind(self) -> dict[str, Any]:
@@ -123,19 +122,10 @@ def mean_reflectance(scene: Scene, material: Material | Interface) -> Float64:
     """What a surface reflects on the whole (3,).
 
     A translucent body of half of all space: Jensen, Marschner, Levoy, Hanrahan 2001, "A Practical Model for Subsurface
-    Light Transport", section 2.4, without a change of the refractive index. Coats of metal: at normal incidence.
+    Light Transport", section 2.4, without a change of the refractive index. Layered materials: see `albedo_of`.
     """
     if isinstance(material, Diffuse):
         return _mean(scene, material.reflectance)
-    if isinstance(material, Principled):
-        return np.array(material.base_color, dtype=np.float64)
-    if isinstance(material, Layered):
-        value = _mean(scene, material.reflectance)
-        for metal in material.metals:
-            straight = conductor_reflectance(1.0, *refractive_index(metal.metal))
-            weight = float(_mean(scene, metal.weight).mean()) if isinstance(metal.weight, Texture) else metal.weight
-            value = value + weight * (straight - value)
-        return value
     if isinstance(material, Translucent):
         sigma_a, sigma_s = coefficients(material, scene.length_unit)
         albedo = np.divide(sigma_s, sigma_a + sigma_s, out=np.zeros(3), where=sigma_a + sigma_s > 0)
@@ -147,10 +137,14 @@ def mean_reflectance(scene: Scene, material: Material | Interface) -> Float64:
 
 def whole_of(frame: Frame, mesh: Mesh) -> tuple[float, float, float]:
     """What a mesh reflects on the whole, found once."""
-    red, green, blue = frame.once(
-        ("whole", mesh.material), lambda: mean_reflectance(frame.scene, mesh.material).tolist()
-    )
+    red, green, blue = frame.once(("whole", mesh.material), lambda: _whole(frame, mesh.material).tolist())
     return red, green, blue
+
+
+def _whole(frame: Frame, material: Material | Interface) -> Float64:
+    if isinstance(material, Layered | Principled):
+        return albedo_of(frame, material).on_the_whole
+    return mean_reflectance(frame.scene, material)
 
 
 def _mean(scene: Scene, value: Any) -> Float64:
@@ -207,6 +201,7 @@ def _hierarchy(frame: Frame) -> Hierarchy:
         len(hierarchy.nodes),
         len(middles),
         OFFSET * size,
+        float(reflected[:, :3].max(initial=0.0)),
         shapes,
     )
 
@@ -271,7 +266,7 @@ def _bounce(frame: Frame) -> None:
     sky_texture(frame).use(5)
     uniforms |= rays.bind()
     shader = frame.program("character/bounce.comp")
-    for _ in range(BOUNCES):
+    for _ in range(bounces_for(hierarchy.brightest)):
         for binding, buffer in ((0, lit), (1, before), (7, after)):
             buffer.bind_to_storage_buffer(binding)
         frame.dispatch(shader, hierarchy.count, group=(64, 1), **uniforms)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from realtime.camera import sensor_camera
+from realtime.camera import Camera, sensor_camera
 from realtime.character_frames import about, run, seen_by, with_settings
 from realtime.character_parts import TALK, part_kind
-from realtime.character_view import Behind, DrawnPart, see, shade
+from realtime.character_view import Behind, DrawnPart, draw_parts, see, shade
 from realtime.frame import Frame, is_environment
 from realtime.gbuffer import resolve_pass
 from realtime.graph import plan
@@ -18,6 +19,7 @@ from realtime.technique import Technique
 from realtime.techniques import cornea_talk, defocus_talk, displacement_talk, indirect_talk, layered_talk
 from realtime.techniques import translucency_talk as translucency
 from scenes.materials import Layered, Principled, Translucent
+from scenes.mesh import Mesh
 from scenes.model import ConstantLight, EnvironmentLight
 from scenes.shapes import Eye, Relief, Shape
 
@@ -67,7 +69,22 @@ def _part(frame: Frame, shape: Shape, technique: Technique) -> DrawnPart:
     return DrawnPart(part_kind(frame.scene, shape.name), part, plan(steps, "shaded").passes)
 
 
-def add_indirect(view: Frame) -> None:
+def draw_surfaces(view: Frame, which: Callable[[Mesh], bool] = lambda mesh: True, camera: Camera | None = None) -> None:
+    """Write what `see` does of the meshes for which `which` holds, and `shaded`, with the talk's parts and its cube.
+
+    camera : that of the view with other clip planes, by which parts are drawn: what is seen of a relief lies behind the
+        polygons that it is drawn on
+    """
+    see(view, which)
+    shade(view)
+    shown = {mesh.shape for mesh in view.meshes if which(mesh)}
+    parts: list[DrawnPart] = view.resources.get("parts", [])
+    draw_parts(view, camera or view.camera, (p for p in parts if shown.intersection(p.frame.scene.subject)))
+    if view.settings["indirect"] == TALK:
+        _add_indirect(view)
+
+
+def _add_indirect(view: Frame) -> None:
     """Add to `shaded` what the talk's blurred cube of the surroundings, if there are any, brings to the subject."""
     if not any(is_environment(mesh) for mesh in view.meshes):
         return
@@ -98,11 +115,29 @@ def blur_surroundings(frame: Frame) -> None:
     width, height = defocus_talk.far_size(own)
     view = seen_by(frame, sensor_camera(sensor, planes.boundary, planes.far), defocus_talk.FAR_SAMPLES)
     view.scene = frame.scene.model_copy(update={"sensor": sensor.model_copy(update={"width": width, "height": height})})
-    see(view, is_environment)
-    shade(view)
+    draw_surfaces(view, is_environment, sensor_camera(sensor, *frame.clip_planes))
     resolve_pass("shaded").run(view)
     depth = defocus_talk.depth_alone(own, (width, height), planes.boundary, planes.far, cut=True)
-    picture: moderngl.Texture = view.resources["image"]
-    own.resources["far"] = defocus_talk.Picture(picture, depth)
+    own.resources["far"] = defocus_talk.Picture(_filtered(view), depth)
     defocus_talk.blur_far(own)
     frame.resources["behind"] = Behind(own.resources["background"], planes.boundary)
+
+
+def blur_near(frame: Frame) -> None:
+    """Blur `image`, the talk's near pass with `behind` in it, but for what is beyond the plane between them."""
+    own = with_settings(frame, DEFOCUS.settings({}))
+    own.resources = {}
+    planes = defocus_talk.planes_of(own)
+    size = (frame.scene.sensor.width, frame.scene.sensor.height)
+    depth = defocus_talk.depth_alone(own, size, planes.front, planes.boundary, cut=planes.front > planes.near)
+    own.resources["close"] = defocus_talk.Picture(_filtered(frame), depth)
+    defocus_talk.blur_near(own)
+    frame.resources["image"] = own.resources["image"]
+
+
+def _filtered(frame: Frame) -> moderngl.Texture:
+    """The `image` as a blur reads it: between its pixels, and at its border rather than beyond."""
+    image: moderngl.Texture = frame.resources["image"]
+    image.filter = (frame.context.LINEAR, frame.context.LINEAR)
+    image.repeat_x = image.repeat_y = False
+    return image

@@ -11,10 +11,12 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from realtime.camera import Camera
 from realtime.capture import bind_lights
 from realtime.character_frames import run, seen_by
 from realtime.character_light import whole_of
 from realtime.character_parts import ACCURATE, FIRST_COAT, KINDS, coats_of, is_solid, kind_of
+from realtime.coat_albedo import albedo_of
 from realtime.frame import PATTERN_UNIT, Frame
 from realtime.graph import Pass
 from realtime.layers import bind_layers
@@ -91,7 +93,7 @@ def _mark_relief(
 
 
 def shade(frame: Frame) -> None:
-    """Write `shaded`: the sky, emitters, Lambertian and layered surfaces, and `behind` where it is, if there is one."""
+    """Write `shaded`: the sky, emitters, Lambertian and layered surfaces."""
     width, height = frame.size
     shaded = frame.texture((width, height), 4)
     shaded.bind_to_image(0)
@@ -100,18 +102,14 @@ def shade(frame: Frame) -> None:
     for unit, name in enumerate(("around", "emitted", "whole"), 4):
         frame.resources[name].use(unit)
     eye = tuple(frame.camera.eye)
-    shown: dict[str, int] = {}
-    given: dict[str, Any] = {"background": background(frame), "eye": eye}
-    if "behind" in frame.resources:
-        behind: Behind = frame.resources["behind"]
-        behind.picture.use(7)
-        shown["BEHIND"] = 1
-        given |= {"forward": tuple(frame.camera.forward), "behind_from": behind.depth}
-    shader = frame.program("character/diffuse.comp", **KINDS, **shown)
-    frame.dispatch(shader, width, height, **given, **bind_lights(frame))
+    shader = frame.program("character/diffuse.comp", **KINDS)
+    frame.dispatch(shader, width, height, background=background(frame), eye=eye, **bind_lights(frame))
     if frame.settings["suit"] == ACCURATE:
         for i, coat in enumerate(coats_of(frame.meshes)):
+            albedo = albedo_of(frame, coat).by_cosine
             defines, uniforms = bind_layers(frame, coat, unit=7)
+            frame.resources["emitted"].use(5)
+            albedo.use(6)
             frame.dispatch(
                 frame.program("character/layered.comp", **defines),
                 width,
@@ -124,10 +122,21 @@ def shade(frame: Frame) -> None:
     frame.resources["shaded"] = shaded
 
 
-def draw_parts(view: Frame, parts: Iterable[DrawnPart]) -> None:
-    """Draw parts with techniques of their own into `shaded`, where the camera of `view` sees them."""
+def put_behind(view: Frame, behind: Behind) -> None:
+    """Put the surroundings of a picture into `shaded`, where nothing that is nearer is seen."""
+    width, height = view.size
+    view.resources["shaded"].bind_to_image(0)
+    for unit, name in enumerate(("position", "normal")):
+        view.resources[name].use(unit)
+    behind.picture.use(7)
+    camera = {"eye": tuple(view.camera.eye), "forward": tuple(view.camera.forward)}
+    view.dispatch(view.program("character/behind.comp"), width, height, behind_from=behind.depth, **camera)
+
+
+def draw_parts(view: Frame, camera: Camera, parts: Iterable[DrawnPart]) -> None:
+    """Draw parts with techniques of their own, as a camera sees them, into `shaded` where they are seen in `view`."""
     for part in parts:
-        own = seen_by(part.frame, view.camera, view.grid)
+        own = seen_by(part.frame, camera, view.grid)
         run(own, part.passes)
         put_over(view, own.resources["shaded"], part.kind)
 

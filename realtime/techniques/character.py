@@ -16,8 +16,8 @@ from realtime.character_frames import seen_by, without_relief
 from realtime.character_hair import hair_passes, put_hair
 from realtime.character_light import received_passes
 from realtime.character_parts import ACCURATE, OFF, TALK
-from realtime.character_talk import add_indirect, blur_surroundings, collect_parts
-from realtime.character_view import draw_parts, see, shade
+from realtime.character_talk import blur_near, blur_surroundings, collect_parts, draw_surfaces
+from realtime.character_view import put_behind
 from realtime.frame import Frame
 from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
@@ -47,7 +47,7 @@ EFFECTS = {
     "suit": (CHOICES, "microfacets, the talk's three layers, or as if it were Lambertian"),
     "relief": (CHOICES, "rays through a quadtree, the talk's march, or a flat block as high as it is on the whole"),
     "hair": (CHOICES, "ribbons of fibres lit by all, the talk's lines, or none"),
-    "lens": (CHOICES, "views through the lens, the talk's blurred far pass, or a pinhole"),
+    "lens": (CHOICES, "views through the lens, the talk's far and near pass, or a pinhole"),
 }
 
 
@@ -77,7 +77,7 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
     whole = "" if features.has_media and accurate["translucency"] else "no body that light enters is drawn as one"
     seen_through = "" if features.has_eye and accurate["eyes"] else "no eye is drawn with its true cornea"
     drawn_alone = "" if TALK in settings.values() else "no part is drawn by a technique of the talk"
-    sharp = "" if settings["lens"] == TALK and coc_scale(scene.sensor) else "no far pass is blurred"
+    sharp = "" if settings["lens"] == TALK and coc_scale(scene.sensor) else "nothing is blurred as in the talk"
     steps = [
         lights_pass(1 if settings["shadows"] == TALK else int(settings["facets"])),
         shadow_pass(int(settings["shadow_side"]), skip=off["shadows"] or unlit),
@@ -87,8 +87,9 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
         Pass("light eyes", light_eyes, reads=("lights",), uses=UNSEEN, writes=("eyes",), skip=seen_through),
         Pass("parts", collect_parts, writes=("parts",), skip=drawn_alone),
         *hair_passes(scene, features, settings),
-        Pass("far pass", blur_surroundings, reads=("lights",), uses=UNSEEN, writes=("behind",), skip=sharp),
+        Pass("far pass", blur_surroundings, reads=("lights",), uses=(*UNSEEN, "parts"), writes=("behind",), skip=sharp),
         Pass("views", _draw_views, reads=("lights",), uses=(*UNSEEN, *SEEN), writes=("image",)),
+        Pass("near pass", blur_near, reads=("image",), writes=("image",), skip=sharp),
     ]
     return steps if settings["relief"] != OFF else [replace(step, run=without_relief(step.run)) for step in steps]
 
@@ -129,12 +130,9 @@ def _accumulate(frame: Frame) -> None:
 def _draw(view: Frame) -> None:
     """Write `shaded`: all that a view shows."""
     resources = view.resources
-    see(view)
-    shade(view)
-    if "parts" in resources:
-        draw_parts(view, resources["parts"])
-    if view.settings["indirect"] == TALK:
-        add_indirect(view)
+    draw_surfaces(view)
+    if "behind" in resources:
+        put_behind(view, resources["behind"])
     if "eyes" in resources:
         shade_eyes(view)
     if "bodies" in resources:

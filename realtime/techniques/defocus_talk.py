@@ -122,7 +122,7 @@ def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValu
         Pass("far pass", _draw_far, reads=("planes",), uses=SHADING_USES, writes=("far",), skip=sharp),
         Pass("blur far", blur_far, reads=("far",), writes=("background",), skip=sharp),
         Pass("near pass", _draw_near, reads=("planes", "background"), uses=SHADING_USES, writes=("close",), skip=sharp),
-        Pass("blur near", _blur_near, reads=("close",), writes=("image",), skip=sharp),
+        Pass("blur near", blur_near, reads=("close",), writes=("image",), skip=sharp),
         Pass("third layer", _draw_front, reads=("planes",), uses=SHADING_USES, writes=("in_front",), skip=third),
         Pass("blend", _blend, reads=("in_front", "image"), writes=("image",), skip=third),
     ]
@@ -270,7 +270,8 @@ def _draw_near(frame: Frame) -> None:
     frame.resources["close"] = Picture(_resolved(frame, target), depth)
 
 
-def _blur_near(frame: Frame) -> None:
+def blur_near(frame: Frame) -> None:
+    """Write `image`, the `close` pass blurred where it is not the background."""
     frame.context.enable_only(frame.context.NOTHING)
     size = _near_size(frame)
     image = frame.texture(size, 4)

@@ -4,11 +4,6 @@
 #include "character/seen.glsl"
 layout(binding = 5) uniform sampler2D emitted_map;
 layout(binding = 6) uniform sampler2D whole_map;
-#ifdef BEHIND
-layout(binding = 7) uniform sampler2D behind;
-uniform vec3 forward;
-uniform float behind_from;
-#endif
 uniform vec3 background;
 
 void main() {
@@ -22,10 +17,5 @@ void main() {
     else if (is_kind(at, EMITTER)) seen = texelFetch(emitted_map, at, 0).rgb;
     else if ((plain || is_kind(at, DIFFUSE)) && dot(n, eye - position.xyz) > 0.0)
         seen = albedo * (around.rgb + direct_irradiance(position.xyz, n) / PI);
-#ifdef BEHIND
-    vec2 place = (vec2(at) + 0.5) / vec2(imageSize(shaded));
-    bool is_far = position.w == 0.0 || dot(position.xyz - eye, forward) >= behind_from;
-    if (is_far && texelFetch(normal_map, at, 0).w == 0.0) seen = textureLod(behind, place, 0.0).rgb;
-#endif
     imageStore(shaded, at, vec4(seen, 1.0));
 }

@@ -1,11 +1,11 @@
 #version 430
-// Surfaces of one layered material. Light from all around is taken as even: it is reflected as the layers reflect it on the whole.
+// Surfaces of one layered material. Light from all around is taken as even: what reaches the eye is the layers' albedo there.
 #include "indirect/direct_light.glsl"
 #include "lib/beam.glsl"
 #include "character/seen.glsl"
 #include "layered/material.glsl"
 layout(binding = 5) uniform sampler2D uv_map;
-layout(binding = 6) uniform sampler2D whole_map;
+layout(binding = 6) uniform sampler2D albedo_by_cosine;
 uniform float kind;
 
 void main() {
@@ -15,7 +15,7 @@ void main() {
     vec3 V = normalize(eye - position), seen = vec3(0.0);
     vec2 uv = texelFetch(uv_map, at, 0).xy;
     if (dot(n, V) > 0.0) {
-        seen = texelFetch(whole_map, at, 0).rgb * texelFetch(around_map, at, 0).rgb;
+        seen = textureLod(albedo_by_cosine, vec2(dot(n, V), 0.5), 0.0).rgb * texelFetch(around_map, at, 0).rgb;
         for (int i = 0; i < light_count; ++i) {
             Beam beam = beam_of(lights[i], position);
             vec3 reflected = beam.irradiance * layered_reflection(uv, n, V, -beam.travel, 0.0);
