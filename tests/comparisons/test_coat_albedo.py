@@ -1,4 +1,4 @@
-"""What a coat reflects of even light, on both sides: the table of the character against samples of Mitsuba's material."""
+"""What a coat reflects of even light, on both sides: the table of the character against samples of Mitsuba."""
 
 from collections.abc import Callable
 from types import ModuleType
