@@ -67,6 +67,9 @@ class Features:
     has_painted_hair: bool
     """Some hair has a colour texture."""
 
+    longest_hair: float
+    """The most radii that a guide is long, before a texture shortens it; 0 without hair."""
+
     subject_is_relief: bool
     """The subject is one carved block and nothing else."""
 
@@ -118,6 +121,7 @@ def features_of(scene: Scene, meshes: tuple[Mesh, ...]) -> Features:
         has_layers=any(isinstance(m.material, Layered | Principled) for m in meshes),
         has_hair=bool(scene.hair),
         has_painted_hair=any(hair.color is not None for hair in scene.hair),
+        longest_hair=max((hair.length * (1 + hair.spread) / hair.radius for hair in scene.hair), default=0.0),
         subject_is_relief=is_relief,
         has_other_than_diffuse=bool(scene.hair) or not all(isinstance(m.material, Diffuse) for m in meshes),
     )

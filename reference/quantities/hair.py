@@ -21,6 +21,9 @@ from scenes.features import Features
 from scenes.image import Float64
 from scenes.model import Scene
 
+MOST_RADII = 3000.0
+"""The longest that hair may be: of rays aimed at such curves 1e-4 miss, of 5000 radii .3 to 1 %."""
+
 
 def coverage_means(scene: Scene, pixels: NDArray[np.int64], seed: int, spp: int, clamp: float | None) -> Float64:
     """Where hair is met first; see `reference.worker.Means`. Nothing is ever clamped: a sample is 0 or 1."""
@@ -79,6 +82,15 @@ def _radiance(features: Features) -> Integrator:
 def _refuses_media(features: Features) -> str:
     if features.has_media or features.has_eye:
         return "its paths end at surfaces, and this scene has a translucent body or an eye"
+    return _refuses_thin(features)
+
+
+def _refuses_thin(features: Features) -> str:
+    if features.longest_hair > MOST_RADII:
+        return (
+            f"hair is up to {features.longest_hair:.0f} of its radii long, and Mitsuba's rays miss curves of more than "
+            f"{MOST_RADII:.0f} where they bend"
+        )
     return refuses_without_hair(features)
 
 
@@ -93,7 +105,7 @@ QUANTITIES = {
             channels=1,
             is_sampled=True,
             integrator=_coverage,
-            refuses=refuses_without_hair,
+            refuses=_refuses_thin,
         ),
         Quantity(
             "hair_radiance",

@@ -167,6 +167,28 @@ def test_no_ray_meets_the_speck_of_a_long_thin_hair_that_bends(
     assert np.asarray(si.prim_index)[met].max() == 2
 
 
+@pytest.mark.parametrize(
+    ("radii", "low", "high"), [(1000, 0, 2e-4), (3000, 0, 3e-4), (5000, 1e-3, 0.01), (10000, 0.04, 0.15)]
+)
+def test_rays_miss_hair_that_is_too_thin_for_mitsuba(
+    fur: MakeScene, staged: Callable[[Scene], HairStage], mi: ModuleType, radii: float, low: float, high: float
+) -> None:
+    """Rays across bent hairs, through their axes. Such scenes are refused above 3000 radii."""
+    scene = fur(hair={"count": 200, "length": 10.0, "radius": 10.0 / radii, "comb": [1.0, 0.5]})
+    rng, points = np.random.default_rng(3), strands_of(scene).points
+    points, t = points[rng.integers(0, len(points), 1 << 15)], rng.uniform(0.02, 0.98, (1 << 15, 1))
+    weights = np.hstack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3])
+    slopes = np.hstack([(1 - t) ** 2, 2 * t * (1 - t), t * t])
+    aim, along = np.einsum("nk,nki->ni", weights, points), np.einsum("nk,nki->ni", slopes, np.diff(points, axis=1))
+    direction = normalised(np.cross(along, rng.normal(size=aim.shape)))
+    ray = mi.Ray3f(
+        mi.Point3f(*(aim - 3 * direction).T.astype(np.float32)), mi.Vector3f(*direction.T.astype(np.float32))
+    )
+    si = staged(scene).scene.ray_intersect(ray)
+    missed = np.mean(~np.asarray(si.is_valid()) | (np.asarray(si.t) > 3.1))
+    assert low <= missed <= high
+
+
 def test_the_speck_has_a_colour(fur: MakeScene, staged: Callable[[Scene], HairStage], tmp_path: Path) -> None:
     """So that to meet it all the same reads nothing beyond."""
     pixels = np.full((2, 2, 3), 0.5, dtype=np.float32)
@@ -466,6 +488,12 @@ def test_hair_in_the_dark_is_black(fur: MakeScene, reference: Callable[[Scene], 
     truth = reference(fur(emitters=[])).truth("hair_radiance", 16)
     assert truth.is_exact
     assert truth.accumulators.max() == 0
+
+
+@pytest.mark.parametrize("name", ["hair_coverage", "hair_radiance"])
+def test_hair_that_is_too_thin_is_refused(name: str, fur: MakeScene, reference: Callable[[Scene], Reference]) -> None:
+    with pytest.raises(SceneError, match=f"{name} is not defined here: hair is up to 3105 of its radii long"):
+        reference(fur(hair={"length": 9.0, "radius": 1 / 300})).truth(name, 16)
 
 
 @pytest.mark.parametrize("name", ["hair_geometry", "hair_tangent", "hair_coverage", "hair_radiance"])
