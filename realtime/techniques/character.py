@@ -36,7 +36,7 @@ CHOICES = (ACCURATE, TALK, OFF)
 EFFECTS = {
     "shadows": (
         CHOICES,
-        "lamps by maps of many points, or of one each, or no surface hides a lamp; hair shades hair in any case",
+        "lamps by maps of many points, or of one each, or no surface hides a lamp; fibres shade each other in any case",
     ),
     "indirect": (
         CHOICES,
@@ -144,7 +144,8 @@ def _draw(view: Frame) -> None:
 LIMITS = (
     "Lamps are points spread over them. Surfaces that are not Lambertian send light on as if they were, and reflect "
     "all light but that of lamps as if it came evenly from all around. Hair casts no shadow on what is not hair, "
-    "bodies cast the shadow of something opaque, and nothing casts one into a body."
+    "bodies cast the shadow of something opaque, and nothing casts one into a body. Bodies are drawn one after another, "
+    "the farthest first, and hide hair that is behind them."
 )
 TECHNIQUES = {
     t.name: t
@@ -152,7 +153,7 @@ TECHNIQUES = {
         Technique(
             name="character.talk",
             approximates="full_radiance",
-            summary="every effect as the talk has it, in one picture",
+            summary="the talk's techniques for every effect, in one picture",
             source="nvidia-2005",
             limits=(
                 f"{LIMITS} The limits of the talk's techniques besides: of each part that one of them draws, no more "
