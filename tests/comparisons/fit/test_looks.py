@@ -57,15 +57,17 @@ def asked(folder: Path, **changes: Any) -> Asked:
     return Asked(**usual | changes)
 
 
+@pytest.mark.parametrize("light", [1, *(pytest.param(k, marks=pytest.mark.slow) for k in (2, 3))])
 @pytest.mark.parametrize("name", HELD_OUT)
-def test_a_shipped_look_has_the_error_that_is_said_of_it(mi: ModuleType, tmp_path: Path, name: str) -> None:
-    scene = load_scene(find_scene(f"suit-{name}-held1"))
+def test_a_shipped_look_has_the_error_that_is_said_of_it(mi: ModuleType, tmp_path: Path, name: str, light: int) -> None:
+    """Each look with each light that took no part in its fit; none is above what is thought good for a look."""
+    scene = load_scene(find_scene(f"suit-{name}-held{light}"))
     truth = Reference(scene, Store(tmp_path), quiet).truth("layered_radiance", 1)
     given: dict[str, SettingValue] = {"look": name, "damping": 0.0}
     image = Renderer(scene).render(technique("layered.talk"), given, timed=False).image.pixels
     found = evaluate(METRIC, image, Samples(truth.accumulators, truth.mask)).value
-    assert found == pytest.approx(HELD_OUT[name][0], rel=0.02)
-    assert max(HELD_OUT[name]) <= BUDGET
+    assert found == pytest.approx(HELD_OUT[name][light - 1], rel=0.02)
+    assert found <= BUDGET
 
 
 def fitted_on(folder: Path, on: tuple[str, ...], evaluations: int) -> Fit:
