@@ -144,8 +144,8 @@ def _draw(view: Frame) -> None:
 LIMITS = (
     "Lamps are points spread over them. Surfaces that are not Lambertian send light on as if they were, and reflect "
     "all light but that of lamps as if it came evenly from all around. Hair casts no shadow on what is not hair, "
-    "bodies cast the shadow of something opaque, and nothing casts one into a body. Bodies are drawn one after another, "
-    "the farthest first, and hide hair that is behind them."
+    "bodies cast the shadow of something opaque, and nothing casts one into a body. Bodies are drawn one after "
+    "another, the farthest first, and hide hair that is behind them."
 )
 TECHNIQUES = {
     t.name: t
