@@ -146,8 +146,9 @@ TECHNIQUES = {
             limits=(
                 "As published: six Blinn-Phong lobes of direct light without shadows, whose numbers the artist tuned "
                 "by eye; a look that is fitted to one material says nothing about another. Colours of highlights do "
-                "not change with the angle. Lamps shine from their centres; skies, lines and surfaces that emit are "
-                "refused."
+                "not change with the angle. Highlights fade where light grazes, as Kilgard (2000) has it and the talk "
+                "does not say; sliders *_fade of 1e4 take that away. Lamps shine from their centres; skies, lines and "
+                "surfaces that emit are refused."
             ),
             passes=_passes,
             parameters=(LOOK_PARAMETER, DAMPING, SPREAD),
