@@ -8,7 +8,7 @@ with Anisotropic Structure"); the skin that it grows on reflects what comes down
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,6 +27,9 @@ from scenes.model import Scene
 if TYPE_CHECKING:
     import moderngl
 
+
+THREADS = 32
+"""Along each side of a work group: OpenGL promises 1024 in all."""
 
 BALANCING = 16
 """Times that rows and columns are scaled: they then agree within 1 %."""
@@ -129,6 +132,13 @@ def _quadrature(frame: Frame) -> tuple[int, moderngl.Buffer]:
     return len(quadrature), rows
 
 
+def _sweep(frame: Frame, cells: int, ordinates: int, **defines: int) -> Any:
+    """The program that carries light through the grid, with no more threads than a work group may have."""
+    each = -(-cells // THREADS)
+    sides = {"EACH": each, "SIDE": -(-cells // each)}
+    return frame.program("hair_light/sweep.comp", CELLS=cells, ORDINATES=ordinates, **sides, **defines)
+
+
 def _carry_sky(frame: Frame) -> None:
     voxels: Voxels = frame.resources["voxels"]
     count, ordinates = _quadrature(frame)
@@ -137,8 +147,8 @@ def _carry_sky(frame: Frame) -> None:
     along.bind_to_storage_buffer(1)
     ordinates.bind_to_storage_buffer(2)
     voxels.rows.bind_to_storage_buffer(6)
-    defines = {"CELLS": voxels.cells, "ORDINATES": count, "SKY_ALONE": 1, "SHADOWED": march_defines(frame)["SHADOWED"]}
-    frame.dispatch(frame.program("hair_light/sweep.comp", **defines), count, group=(1, 1))
+    shadowed = march_defines(frame)["SHADOWED"]
+    frame.dispatch(_sweep(frame, voxels.cells, count, SKY_ALONE=1, SHADOWED=shadowed), count, group=(1, 1))
     frame.resources["hair_ordinates"] = HairOrdinates(along, ordinates, count)
 
 
@@ -166,7 +176,7 @@ def _solve(frame: Frame) -> None:
     sent.bind_to_storage_buffer(5)
     frame.resources["hair_phases"].bind_to_storage_buffer(3)
     scatter = frame.program("hair_light/scatter.comp", TANGENTS=TANGENTS, **defines)
-    sweep = frame.program("hair_light/sweep.comp", SHADOWED=1, **defines)
+    sweep = _sweep(frame, cells, count, SHADOWED=1)
     for _ in range(int(frame.settings[ITERATIONS.name])):
         frame.dispatch(scatter, volume, count, group=(64, 1))
         frame.dispatch(sweep, count, group=(1, 1))

@@ -58,7 +58,8 @@ HOT_SPOT = Parameter(
     "whether light's way to a hair is as free of others as the eye's way beside it must be",
     off=False,
 )
-CELLS = Parameter("cells", 32, (8, 16, 24, 32), "cells along each edge of the grid around all hair", (4, 32))
+CELLS = Parameter("cells", 32, (8, 16, 24, 32, 44), "cells along each edge of the grid around all hair", (4, 45))
+"""A plane of 45 x 45 vec4 is what fits into the 32 KiB that a work group is promised to share."""
 
 
 @dataclass(frozen=True)

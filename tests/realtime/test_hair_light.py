@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.special import erfc, i0e
 
+from realtime import hair_ordinates
 from realtime.fibre import (
     AZIMUTHS,
     INCLINATIONS,
@@ -443,6 +444,7 @@ def test_a_hair_has_a_direction_wherever_its_control_points_coincide(points: lis
 
 
 SUN = [{"type": "directional", "direction": [0.3, -0.5, -1.0], "irradiance": [3.0, 3.0, 3.0]}]
+SKY = [{"type": "constant", "radiance": [1.0, 2.0, 3.0]}]
 
 
 def test_the_grid_does_not_depend_on_the_order_in_which_hair_is_added(
@@ -469,7 +471,15 @@ def test_each_part_of_the_light_has_a_switch(make_hair: MakeScene, frame_with: F
     assert {"fibre", "transmittance", "hot_spot", "iterations"} <= switches.keys()
 
 
-SKY = [{"type": "constant", "radiance": [1.0, 2.0, 3.0]}]
+@pytest.mark.parametrize("cells", [11, 12])
+def test_it_does_not_matter_how_many_cells_a_thread_has(
+    make_hair: MakeScene, frame_with: FrameWith, monkeypatch: pytest.MonkeyPatch, cells: int
+) -> None:
+    """One or nine of a plane; 11 cells leave some threads without all of theirs. The same to the last bit."""
+    scene, use = make_hair(hair={"count": 300}, emitters=SUN + SKY), {"cells": cells, "iterations": 2, "order": 4}
+    one = radiance_of(frame_with(scene, "hair.frame", "hair_radiance", **use))
+    monkeypatch.setattr(hair_ordinates, "THREADS", 4)
+    np.testing.assert_array_equal(radiance_of(frame_with(scene, "hair.frame", "hair_radiance", **use)), one)
 
 
 def test_light_of_the_sky_that_is_scattered_once(make_hair: MakeScene, frame_with: FrameWith) -> None:
