@@ -244,9 +244,9 @@ def tubes_seen(points: Float64, radius: float, x: Float64, y: Float64, has_round
     return seen.astype(np.float64)
 
 
-@pytest.mark.parametrize("radius", [0.02, 0.3])
+@pytest.mark.parametrize(("radius", "most"), [(0.02, 2e-4), (0.3, 1.2e-3)])
 def test_coverage_is_that_of_tubes_in_float64(
-    fur: MakeScene, staged: Callable[[Scene], HairStage], mi: ModuleType, radius: float
+    fur: MakeScene, staged: Callable[[Scene], HairStage], mi: ModuleType, radius: float, most: float
 ) -> None:
     """Ray by ray. Ends are cut, not rounded: that thick hair would be 2 % more."""
     scene = fur(hair={"radius": radius, "count": 12})
@@ -257,7 +257,7 @@ def test_coverage_is_that_of_tubes_in_float64(
     open_view = ~(np.asarray(si.is_valid()) & (met == 0))  # the floor hides what is below it
     wrong = np.mean((met != tubes_seen(points, radius, x, y))[open_view])
     assert met.mean() > 0.01
-    assert wrong < 2e-3
+    assert wrong < most
     rounded = tubes_seen(points, radius, x, y, has_round_ends=True)
     assert radius < 0.1 or np.mean((met != rounded)[open_view]) > 2 * wrong
 
@@ -339,7 +339,7 @@ def directions(count: int, seed: int) -> Float64:
     ids=["blond", "dark", "rough"],
 )
 def test_mitsubas_fibre_is_that_of_its_paper(mi: ModuleType, changes: dict[str, Any]) -> None:
-    """Absorption is per radius. Narrow lobes are up to 0.6 % too dark.
+    """Absorption is per radius. Where lobes are wide half of all values are within 1e-5; narrow ones are too dark.
 
     For a large argument Mitsuba takes ln I0(x) = x - ln(2 pi x) / 2 + 1 / (16 x), where 1 / (8 x) is right.
     """
@@ -355,8 +355,9 @@ def test_mitsubas_fibre_is_that_of_its_paper(mi: ModuleType, changes: dict[str, 
     expected = fibre_scattering(fibre, seen, lit)
     ratio = (got / expected)[expected > 1e-4 * expected.max()]
     assert np.quantile(ratio, 0.001) > 0.994
-    assert np.quantile(ratio, 0.999) < 1.001
-    assert got.sum() == pytest.approx(expected.sum(), rel=4e-3)
+    assert np.quantile(ratio, 0.999) < 1.0005
+    assert fibre.beta_m < 0.5 or np.median(np.abs(ratio - 1)) < 1e-5
+    assert got.sum() == pytest.approx(expected.sum(), rel=2e-3)
 
 
 def test_a_pixel_shows_the_mean_over_the_fibres_width(fur: MakeScene) -> None:
@@ -418,7 +419,7 @@ def test_mitsubas_own_path_tracer_arrives_at_the_same_light(
     theirs = [np.asarray(mi.render(stage.scene, spp=64, seed=k, integrator=path)).mean(axis=(0, 1)) for k in range(8)]
     ours = [radiance_means(scene, np.arange(SIDE**2), 100 + k, 64, None).mean(axis=0) for k in range(8)]
     error = np.sqrt((np.var(theirs, axis=0, ddof=1) + np.var(ours, axis=0, ddof=1)) / 8)
-    assert (error < 0.01 * np.mean(ours, axis=0)).all()
+    assert (error < 8e-3 * np.mean(ours, axis=0)).all()
     np.testing.assert_array_less(np.abs(np.mean(ours, axis=0) - np.mean(theirs, axis=0)), 4 * error)
 
 
