@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from reference.quantities.hair import too_thin
 from reference.quantity import Integrator, Quantity
 from reference.sampling import darkness, pixel_means
 from reference.stage import Stage
@@ -69,7 +70,7 @@ def _refuses(features: Features) -> str:
             "a colour texture of hair scales what a hair sends to the sensor, but not what it sends elsewhere, and all "
             "light counts; leave out `color`, or judge hair_radiance"
         )
-    return ""
+    return too_thin(features)
 
 
 QUANTITIES = {

@@ -86,12 +86,17 @@ def _refuses_media(features: Features) -> str:
 
 
 def _refuses_thin(features: Features) -> str:
-    if features.longest_hair > MOST_RADII:
-        return (
-            f"hair is up to {features.longest_hair:.0f} of its radii long, and Mitsuba's rays miss curves of more than "
-            f"{MOST_RADII:.0f} where they bend"
-        )
-    return refuses_without_hair(features)
+    return too_thin(features) or refuses_without_hair(features)
+
+
+def too_thin(features: Features) -> str:
+    """Why hair of a scene cannot be traced; nothing if it can, or if there is none."""
+    if features.longest_hair <= MOST_RADII:
+        return ""
+    return (
+        f"hair is up to {features.longest_hair:.0f} of its radii long, and Mitsuba's rays miss curves of more than "
+        f"{MOST_RADII:.0f} where they bend"
+    )
 
 
 QUANTITIES = {

@@ -237,6 +237,13 @@ def test_hair_that_is_painted_is_refused(make_scene: MakeScene, tmp_path: Any) -
         full_stage(scene)
 
 
+def test_hair_that_is_too_thin_for_mitsuba_is_refused(make_scene: MakeScene) -> None:
+    fibre = {"type": "fibre", "sigma_a": [0.1, 0.2, 0.3]}
+    hair = {"name": "fur", "on": "ball", "material": "fibre", "count": 5, "length": 0.5, "radius": 0.0001}
+    scene = make_scene(materials={"white": WHITE, "skin": WHITE, "red": WHITE, "fibre": fibre}, hair=[hair])
+    assert "of its radii long" in quantity("full_radiance").refuses(features_of(scene, geometry_of(scene)))
+
+
 def test_in_the_dark_nothing_is_traced(make_scene: MakeScene) -> None:
     scene = make_scene(emitters=[])
     assert quantity("full_radiance").integrator(features_of(scene, geometry_of(scene))).exact is not None
