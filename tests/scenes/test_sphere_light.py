@@ -120,7 +120,7 @@ def test_it_lights_a_plane_as_a_point_of_its_power_does(
     scene = make_scene(sensor=sensor, shapes=[floor], emitters=[BALL | {"position": [0.3, 0.5, 0.2], "radius": 0.25}])
     distance = math.dist((0.1, 0.0, 0.0), (0.3, 0.5, 0.2))
     expected = 0.7 / math.pi * math.pi * np.array([3.0, 2.0, 1.0]) * (0.25 / distance) ** 2 * 0.5 / distance
-    made = reference(scene).truth("direct_radiance", 2048).accumulators.mean(axis=(0, 1, 2))
+    made = reference(scene).truth("direct_radiance", 65536).accumulators.mean(axis=(0, 1, 2))
     np.testing.assert_allclose(made, expected, rtol=0.01)
     points = lights.lights_of(scene, geometry_of(scene), 64)
     assert {light.kind for light in points} == {lights.POINT}
