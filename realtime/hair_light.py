@@ -29,7 +29,6 @@ from realtime.lights import light_rows
 from realtime.shadows import lights_pass, shadow_pass
 from realtime.technique import Parameter
 from scenes.checks import SettingValue
-from scenes.errors import InputError
 from scenes.features import Features
 from scenes.model import Scene
 
@@ -77,21 +76,6 @@ def hair_light_passes(scene: Scene, features: Features, settings: Mapping[str, S
             writes=("hair_radiance",),
         ),
     ]
-
-
-def require_no_sky(scene: Scene, features: Features) -> None:
-    """Refuse light from everywhere, of which Kajiya and Kay's hair knows nothing.
-
-    Raises
-    ------
-    InputError
-        The scene has a sky.
-    """
-    if features.has_sky:
-        raise InputError(
-            f"Found a sky in '{scene.name}'; the talk's hair is lit by point, directional and surface emitters. Remove "
-            "the constant or environment emitter, or leave out the check."
-        )
 
 
 def hair_talk_light_passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:

@@ -14,6 +14,7 @@ import numpy as np
 from realtime.camera import Camera
 from realtime.frame import TEXTURE_UNIT, Frame, columns
 from realtime.graph import Pass
+from realtime.sky import require_no_sky
 from scenes.errors import InputError
 from scenes.features import Features
 from scenes.geometry import heights_of
@@ -64,19 +65,16 @@ def the_relief(scene: Scene) -> Relief:
     return found[0]
 
 
-def require_no_sky(scene: Scene, features: Features) -> None:
-    """Refuse light from everywhere, of which the techniques of displacement know nothing.
+def require_lit_relief(scene: Scene, features: Features) -> None:
+    """Refuse what the techniques of displacement cannot light.
 
     Raises
     ------
     InputError
-        The scene has a sky.
+        The subject is not one relief, or the scene has a sky.
     """
-    if features.has_sky:
-        raise InputError(
-            f"Found a sky in '{scene.name}'; the techniques of displacement light a relief by point, directional and "
-            "surface emitters. Remove the constant or environment emitter, or leave out the check."
-        )
+    the_relief(scene)
+    require_no_sky(scene, features, "the techniques of displacement light a relief")
 
 
 def quadtree(heights: Float64) -> list[Float32]:

@@ -7,12 +7,29 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from realtime.frame import Frame
+from scenes.errors import InputError
 from scenes.exr import read_exr
+from scenes.features import Features
 from scenes.image import Float32, Float64
 from scenes.model import ConstantLight, EnvironmentLight, Scene
 
 if TYPE_CHECKING:
     import moderngl
+
+
+def require_no_sky(scene: Scene, features: Features, lit: str) -> None:
+    """Refuse light from everywhere, of which some techniques know nothing; `lit` says what they light.
+
+    Raises
+    ------
+    InputError
+        The scene has a sky.
+    """
+    if features.has_sky:
+        raise InputError(
+            f"Found a sky in '{scene.name}'; {lit} by point, directional and surface emitters. Remove the constant or "
+            "environment emitter, or leave out the check."
+        )
 
 
 def sky_pixels(scene: Scene) -> Float32:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
-from realtime.relief import require_no_sky, the_relief
+from realtime.relief import require_lit_relief, the_relief
 from realtime.relief_polygons import LIMITS, draw_polygons
 from realtime.shadows import lights_pass
 from realtime.technique import Parameter, Technique
@@ -25,8 +25,7 @@ def _uv_passes(scene: Scene, features: Features, settings: Mapping[str, SettingV
 
 
 def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
-    the_relief(scene)
-    require_no_sky(scene, features)
+    require_lit_relief(scene, features)
     return [
         lights_pass(int(settings["facets"])),
         Pass(

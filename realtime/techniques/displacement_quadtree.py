@@ -13,7 +13,7 @@ from realtime.relief import (
     cast_rays,
     field_of,
     relief_gbuffer_pass,
-    require_no_sky,
+    require_lit_relief,
     the_relief,
     world_to_grid,
 )
@@ -48,8 +48,7 @@ def _uv(frame: Frame) -> None:
 
 
 def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
-    the_relief(scene)
-    require_no_sky(scene, features)
+    require_lit_relief(scene, features)
     return [
         relief_gbuffer_pass(lambda mesh: mesh.is_subject),
         lights_pass(int(settings["facets"])),

@@ -13,7 +13,7 @@ import numpy as np
 from realtime.frame import Frame
 from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
-from realtime.relief import require_no_sky, the_relief
+from realtime.relief import require_lit_relief, the_relief
 from realtime.relief_polygons import LIMITS, draw_polygons
 from realtime.relief_volume import DistanceVolume, cubic, signed_distances, voxel_distances
 from realtime.shadows import lights_pass
@@ -92,8 +92,7 @@ def _uv_passes(scene: Scene, features: Features, settings: Mapping[str, SettingV
 
 
 def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
-    the_relief(scene)
-    require_no_sky(scene, features)
+    require_lit_relief(scene, features)
     return [
         _volume_pass(),
         lights_pass(int(settings["facets"])),

@@ -9,8 +9,9 @@ from realtime.gbuffer import resolve_pass
 from realtime.graph import Pass
 from realtime.hair import SEGMENTS, samples_pass
 from realtime.hair_guides import chart_between_passes, hairs_between_passes
-from realtime.hair_light import TALK_LIGHT, hair_talk_light_passes, require_no_sky
+from realtime.hair_light import TALK_LIGHT, hair_talk_light_passes
 from realtime.hair_ribbons import draw_pass
+from realtime.sky import require_no_sky
 from realtime.technique import Technique
 from scenes.checks import SettingValue
 from scenes.features import Features
@@ -32,7 +33,7 @@ def _coverage_passes(scene: Scene, features: Features, settings: Mapping[str, Se
 
 
 def _passes(scene: Scene, features: Features, settings: Mapping[str, SettingValue]) -> list[Pass]:
-    require_no_sky(scene, features)
+    require_no_sky(scene, features, "the talk's hair is lit")
     return [
         *hairs_between_passes(),
         samples_pass(),
