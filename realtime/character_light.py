@@ -28,7 +28,7 @@ from realtime.graph import Pass
 from realtime.sky import sky_texture
 from scenes.geometry import texture_of
 from scenes.image import Float32, Float64
-from scenes.materials import Diffuse, Layered, Material, Principled, Texture, Translucent
+from scenes.materials import Diffuse, Fibre, Layered, Material, Principled, Texture, Translucent
 from scenes.media import coefficients
 from scenes.mesh import Interface, Mesh, Surface
 from scenes.model import Scene
@@ -118,11 +118,11 @@ def received_passes(directions: int, skip: str = "") -> list[Pass]:
     ]
 
 
-def mean_reflectance(scene: Scene, material: Material | Interface) -> Float64:
+def mean_reflectance(scene: Scene, material: Diffuse | Translucent | Fibre | Interface) -> Float64:
     """What a surface reflects on the whole (3,).
 
     A translucent body of half of all space: Jensen, Marschner, Levoy, Hanrahan 2001, "A Practical Model for Subsurface
-    Light Transport", section 2.4, without a change of the refractive index. Layered materials: see `albedo_of`.
+    Light Transport", section 2.4, without a change of the refractive index.
     """
     if isinstance(material, Diffuse):
         return _mean(scene, material.reflectance)

@@ -13,7 +13,6 @@ from realtime.character_view import Behind, DrawnPart, draw_parts, see, shade
 from realtime.frame import Frame, is_environment
 from realtime.gbuffer import resolve_pass
 from realtime.graph import plan
-from realtime.lens import coc_scale
 from realtime.talk_cube import SURROUNDINGS, cube_bound, cube_passes
 from realtime.technique import Technique
 from realtime.techniques import cornea_talk, defocus_talk, displacement_talk, indirect_talk, layered_talk
@@ -106,12 +105,8 @@ def _add_indirect(view: Frame) -> None:
 
 def blur_surroundings(frame: Frame) -> None:
     """Write `behind`: the talk's far pass, all but the subject beyond the plane that parts near and far, blurred."""
+    own, planes = _defocused(frame)
     sensor = frame.scene.sensor
-    if coc_scale(sensor) == 0:
-        return
-    own = with_settings(frame, DEFOCUS.settings({}))
-    own.resources = {}
-    planes = defocus_talk.planes_of(own)
     width, height = defocus_talk.far_size(own)
     view = seen_by(frame, sensor_camera(sensor, planes.boundary, planes.far), defocus_talk.FAR_SAMPLES)
     view.scene = frame.scene.model_copy(update={"sensor": sensor.model_copy(update={"width": width, "height": height})})
@@ -125,14 +120,19 @@ def blur_surroundings(frame: Frame) -> None:
 
 def blur_near(frame: Frame) -> None:
     """Blur `image`, the talk's near pass with `behind` in it, but for what is beyond the plane between them."""
-    own = with_settings(frame, DEFOCUS.settings({}))
-    own.resources = {}
-    planes = defocus_talk.planes_of(own)
+    own, planes = _defocused(frame)
     size = (frame.scene.sensor.width, frame.scene.sensor.height)
     depth = defocus_talk.depth_alone(own, size, planes.front, planes.boundary, cut=planes.front > planes.near)
     own.resources["close"] = defocus_talk.Picture(_filtered(frame), depth)
     defocus_talk.blur_near(own)
     frame.resources["image"] = own.resources["image"]
+
+
+def _defocused(frame: Frame) -> tuple[Frame, defocus_talk.Planes]:
+    """The frame for passes of `defocus.talk`, which write into it alone, and its clip planes, found once."""
+    own = with_settings(frame, DEFOCUS.settings({}))
+    own.resources = {}
+    return own, frame.once("talk planes", lambda: defocus_talk.planes_of(own))
 
 
 def _filtered(frame: Frame) -> moderngl.Texture:

@@ -20,7 +20,7 @@ from scenes.features import features_of
 from scenes.geometry import geometry_of
 from scenes.image import Float32
 from scenes.load import library_scenes, load_scene
-from scenes.materials import Translucent
+from scenes.materials import Diffuse, Translucent
 from scenes.model import Scene, ThinLens
 from scenes.procedural import box, rectangle
 from scenes.topology import surface_area
@@ -443,4 +443,5 @@ def test_what_surfaces_reflect_on_the_whole(make_scene: MakeScene) -> None:
     np.testing.assert_allclose(mean_reflectance(scene, clear), 1)
     black = Translucent(type="translucent", sigma_a=(1, 1, 1), sigma_s=(0, 0, 0))
     np.testing.assert_allclose(mean_reflectance(scene, black), 0)
-    np.testing.assert_allclose(mean_reflectance(scene, scene.materials["red"]), (0.6, 0.15, 0.1))
+    red = Diffuse(type="diffuse", reflectance=(0.6, 0.15, 0.1))
+    np.testing.assert_allclose(mean_reflectance(scene, red), (0.6, 0.15, 0.1))
